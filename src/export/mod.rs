@@ -1,0 +1,1 @@
+//! Models for simulators, from a twin alone: URDF, MJCF, glTF.

@@ -1,0 +1,1 @@
+//! The ground of numbers: statistics, least squares, robust fits. No body, no pose, no file.

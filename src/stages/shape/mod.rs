@@ -1,0 +1,7 @@
+//! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
+
+mod config;
+mod reconstruct;
+
+pub use config::Config;
+pub use reconstruct::{ShapedObject, Shapes, reconstruct};

@@ -1,0 +1,182 @@
+//! Bodies and links: shape, symmetry and matter.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Joint;
+use crate::base::{Estimate, Pose};
+
+/// What moves as one tree. A rigid body has one link.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Body {
+    /// Its name; a body of several links carries the name of its root.
+    pub name: String,
+    /// Its links, the root first.
+    pub links: Vec<Link>,
+    /// The joints between them.
+    #[serde(default)]
+    pub joints: Vec<Joint>,
+}
+
+/// One rigid part. Quantities are in the link frame: the frame of its track, or, where it was never
+/// tracked, at the centre of its mesh with the axes of the world at the first view.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Link {
+    /// The name under which it was tracked, if it was.
+    pub name: String,
+    /// World-from-link at the first view.
+    pub pose: Pose,
+    /// Visual mesh, path relative to the twin's folder, link frame; absent where nobody saw its shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<String>,
+    /// Convex parts, paths relative to the twin's folder, link frame.
+    #[serde(default)]
+    pub collision: Vec<String>,
+    /// Fraction of the mesh's area that was seen, 0 to 1; the rest was closed or mirrored.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen: Option<f64>,
+    /// A superquadric that stands for the shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub superquadric: Option<Superquadric>,
+    /// Planes of reflection through the mesh, best first.
+    #[serde(default)]
+    pub symmetry: Vec<SymmetryPlane>,
+    /// Silhouettes of the principal views, paths relative to the twin's folder.
+    #[serde(default)]
+    pub principal_views: Vec<String>,
+    /// kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Estimate>,
+    /// Centre of mass, m, link frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub com: Option<Estimate<[f64; 3]>>,
+    /// ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, link axes, kg·m².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<Estimate<[f64; 6]>>,
+    /// mu·m·g on this support, N.
+    #[serde(default, skip_serializing_if = "FrictionForce::is_empty")]
+    pub friction_force: FrictionForce,
+    /// Coefficients of friction.
+    #[serde(default, skip_serializing_if = "Friction::is_empty")]
+    pub friction: Friction,
+    /// Coefficient of restitution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<Estimate>,
+    /// N/m at the spot that was pressed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Estimate>,
+    /// N·s/m at the spot that was pressed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Estimate>,
+}
+
+/// The force of friction on the support, N.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct FrictionForce {
+    /// Peak before it slides.
+    #[serde(default, rename = "static", skip_serializing_if = "Option::is_none")]
+    pub static_: Option<Estimate>,
+    /// While it slides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kinetic: Option<Estimate>,
+}
+
+impl FrictionForce {
+    /// Nothing was measured.
+    pub fn is_empty(&self) -> bool {
+        self.static_.is_none() && self.kinetic.is_none()
+    }
+}
+
+/// Coefficients of friction of a link.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Friction {
+    /// Against the support, before it slides.
+    #[serde(default, rename = "static", skip_serializing_if = "Option::is_none")]
+    pub static_: Option<Estimate>,
+    /// Against the support, while it slides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kinetic: Option<Estimate>,
+    /// Rolling resistance, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rolling: Option<Estimate>,
+    /// Ratio of the largest friction torque to the largest friction force, m (limit surface).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torsional_radius: Option<Estimate>,
+    /// Against the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<Estimate>,
+}
+
+impl Friction {
+    /// Nothing was measured.
+    pub fn is_empty(&self) -> bool {
+        let Self {
+            static_,
+            kinetic,
+            rolling,
+            torsional_radius,
+            tool,
+        } = self;
+        [static_, kinetic, rolling, torsional_radius, tool]
+            .iter()
+            .all(|e| e.is_none())
+    }
+}
+
+/// Barr's superquadric: `((x/a)^(2/e2) + (y/b)^(2/e2))^(e2/e1) + (z/c)^(2/e1) = 1`.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Superquadric {
+    /// Half sizes a, b, c, m.
+    pub size: [f64; 3],
+    /// Exponents e1 (along z), e2 (around z).
+    pub exponents: [f64; 2],
+    /// Link-from-superquadric.
+    pub pose: Pose,
+}
+
+/// A plane of reflection `normal · x = offset`, link frame.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct SymmetryPlane {
+    /// Unit normal, link frame.
+    pub normal: [f64; 3],
+    /// Distance of the plane from the link's origin along the normal, m.
+    pub offset: f64,
+    /// How well the mirrored surface falls on itself, 0 to 1.
+    pub score: f64,
+}
+
+impl Link {
+    /// A link of which only the name and the pose are known.
+    pub fn new(name: impl Into<String>, pose: Pose) -> Self {
+        Self {
+            name: name.into(),
+            pose,
+            mesh: None,
+            collision: Vec::new(),
+            seen: None,
+            superquadric: None,
+            symmetry: Vec::new(),
+            principal_views: Vec::new(),
+            mass: None,
+            com: None,
+            inertia: None,
+            friction_force: FrictionForce::default(),
+            friction: Friction::default(),
+            restitution: None,
+            stiffness: None,
+            damping: None,
+        }
+    }
+}
+
+impl Body {
+    /// A rigid body: one link that carries the body's name.
+    pub fn rigid(link: Link) -> Self {
+        Self {
+            name: link.name.clone(),
+            links: vec![link],
+            joints: Vec::new(),
+        }
+    }
+}

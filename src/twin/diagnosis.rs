@@ -1,0 +1,129 @@
+//! What the simulation still gets wrong, why, and what each extension gained (`diagnosis.json`).
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::base::Estimate;
+
+/// The value of `format` in `diagnosis.json`.
+pub const DIAGNOSIS_FORMAT: &str = "palpate-diagnosis/1";
+
+/// The whole of `diagnosis.json`.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Diagnosis {
+    /// `palpate-diagnosis/1`.
+    pub format: String,
+    /// The held-out error of the model as first fitted.
+    pub base: BaseFit,
+    /// What it comes to.
+    pub verdict: Verdict,
+    /// The named effects, in the order in which they were taken up.
+    pub findings: Vec<Finding>,
+    /// What to measure next.
+    pub experiments: Vec<Experiment>,
+}
+
+/// The held-out error of the model as first fitted, by quantity (`force`, `position`, `rotation`, …).
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct BaseFit {
+    /// Root mean square error by quantity, SI.
+    pub rmse: BTreeMap<String, f64>,
+    /// What the sensors alone would leave, by quantity, SI.
+    pub noise_floor: BTreeMap<String, f64>,
+    /// Share of the variance above the noise, 0 to 1.
+    pub unexplained: f64,
+    /// The interactions that the error was measured on.
+    pub held_out: Vec<String>,
+    /// Residual tests: which channel, which test, its p-value.
+    #[serde(default)]
+    pub tests: Vec<Evidence>,
+}
+
+/// What a diagnosis comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Nothing is left above the noise.
+    Adequate,
+    /// Every finding has a name.
+    Explained,
+    /// The data cannot tell between named causes.
+    Ambiguous,
+    /// Something is left that no named cause explains.
+    Unknown,
+}
+
+/// One named effect.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Finding {
+    /// A name of the catalogue of causes.
+    pub cause: String,
+    /// Body, link, joint, relation, sensor or `support`.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// Its probability.
+    pub probability: f64,
+    /// All that these data cannot rule out.
+    pub alternatives: Vec<CauseOdds>,
+    /// What the extension is parametrised by.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Which residual showed it.
+    pub evidence: Vec<Evidence>,
+    /// What it gained on interactions that it did not fit.
+    pub gain: Gain,
+}
+
+/// A cause and its probability.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct CauseOdds {
+    /// A name of the catalogue of causes.
+    pub cause: String,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// A residual, the test that was made of it, and the p-value.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Evidence {
+    /// Which residual, e.g. `force of push-03 against speed`.
+    pub residual: String,
+    /// Which test, e.g. `Ljung-Box, 20 lags`.
+    pub test: String,
+    /// Its statistic.
+    pub statistic: f64,
+    /// Its p-value.
+    pub p_value: f64,
+    /// In plain words.
+    pub words: String,
+}
+
+/// The measured gain of an extension on held-out interactions.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Gain {
+    /// `force`, `position`, …
+    pub quantity: String,
+    /// Before the extension.
+    pub rmse_before: f64,
+    /// After the extension.
+    pub rmse_after: f64,
+    /// SI unit of both.
+    pub unit: String,
+    /// The interactions that it was measured on.
+    pub held_out: Vec<String>,
+    /// Share of the error above the noise floor that went away.
+    pub reduction: f64,
+}
+
+/// An experiment that would tell causes apart.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Experiment {
+    /// What to do, in words.
+    pub words: String,
+    /// The causes that it would tell apart.
+    pub parts: Vec<String>,
+    /// Expected information, bits; absent where it was not computed.
+    #[serde(default)]
+    pub bits: Option<f64>,
+}

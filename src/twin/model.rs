@@ -1,0 +1,101 @@
+//! The twin as a whole, and the meshes that travel with it.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Body, Joint, Link, Relation};
+use crate::base::Notice;
+use crate::geometry::Mesh;
+
+/// The value of `format` in `twin.json`.
+pub const FORMAT: &str = "palpate-twin/1";
+
+/// The scene as data: the content of `twin.json`.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Twin {
+    /// `palpate-twin/1`.
+    pub format: String,
+    /// The name of the capture.
+    pub name: String,
+    /// m/s², world.
+    pub gravity: [f64; 3],
+    /// The table; absent where none was given or seen.
+    pub support: Option<SupportPlane>,
+    /// What moves, each as one tree.
+    pub bodies: Vec<Body>,
+    /// The relational-constraint graph.
+    pub relations: Vec<Relation>,
+    /// How this was made.
+    pub provenance: Provenance,
+    /// Doubts that came up while it was made.
+    #[serde(default)]
+    pub notices: Vec<Notice>,
+}
+
+/// The plane that things stand on.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct SupportPlane {
+    /// A point of the plane, m, world.
+    pub point: [f64; 3],
+    /// Unit normal away from the table, world.
+    pub normal: [f64; 3],
+    /// Its material, where the capture named it.
+    pub material: Option<String>,
+}
+
+/// How a twin was made.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Provenance {
+    /// Version of palpate.
+    pub version: String,
+    /// SHA-256 over everything that was read.
+    pub capture_digest: String,
+    /// The effective options.
+    pub options: BTreeMap<String, serde_json::Value>,
+    /// The seed.
+    pub seed: u64,
+    /// Wall seconds per pass, in the order of the passes; `null` unless times were asked for, since
+    /// the same seed must give the same bytes.
+    pub seconds: BTreeMap<String, Option<f64>>,
+}
+
+/// A twin with the meshes that its links name.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The data.
+    pub twin: Twin,
+    /// Path relative to the twin's folder → mesh in the link frame.
+    pub meshes: BTreeMap<String, Mesh>,
+}
+
+impl Twin {
+    /// Every link with the body that it belongs to.
+    pub fn links(&self) -> impl Iterator<Item = (&Body, &Link)> {
+        self.bodies.iter().flat_map(|b| b.links.iter().map(move |l| (b, l)))
+    }
+
+    /// The link of that name. A track key `body/link` finds the link tracked under it.
+    pub fn link(&self, name: &str) -> Option<&Link> {
+        self.links().map(|(_, l)| l).find(|l| l.name == name)
+    }
+
+    /// The link of that name, to be written to.
+    pub fn link_mut(&mut self, name: &str) -> Option<&mut Link> {
+        self.bodies
+            .iter_mut()
+            .flat_map(|b| b.links.iter_mut())
+            .find(|l| l.name == name)
+    }
+
+    /// The body that holds the link of that name.
+    pub fn body_of(&self, link: &str) -> Option<&Body> {
+        self.bodies.iter().find(|b| b.links.iter().any(|l| l.name == link))
+    }
+
+    /// Every joint.
+    pub fn joints(&self) -> impl Iterator<Item = &Joint> {
+        self.bodies.iter().flat_map(|b| b.joints.iter())
+    }
+}

@@ -13,6 +13,8 @@ pub struct Config {}
 pub struct Articulation {
     /// Joints between tracked links, axis and origin in the world at the first view.
     pub joints: Vec<Joint>,
+    /// Links that were never seen or tracked but that a joint needs as its parent (the world).
+    pub world_links: Vec<String>,
 }
 
 /// Finds the joints between things that were tracked one by one.

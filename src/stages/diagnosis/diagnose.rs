@@ -18,6 +18,23 @@ pub struct Diagnosed {
     pub traces: Vec<Trace>,
 }
 
+impl Diagnosed {
+    /// Nothing was asked, nothing is claimed.
+    pub fn skipped() -> Self {
+        let diagnosis = Diagnosis {
+            format: DIAGNOSIS_FORMAT.into(),
+            base: BaseFit::default(),
+            verdict: Verdict::Unknown,
+            findings: Vec::new(),
+            experiments: Vec::new(),
+        };
+        Self {
+            diagnosis,
+            traces: Vec::new(),
+        }
+    }
+}
+
 /// Predicts every interaction with the twin and compares with what was measured.
 pub fn diagnose(
     _capture: &Capture,
@@ -26,14 +43,5 @@ pub fn diagnose(
     _config: &Config,
     _notices: &mut Notices,
 ) -> Result<Diagnosed> {
-    Ok(Diagnosed {
-        diagnosis: Diagnosis {
-            format: DIAGNOSIS_FORMAT.into(),
-            base: BaseFit::default(),
-            verdict: Verdict::Unknown,
-            findings: Vec::new(),
-            experiments: Vec::new(),
-        },
-        traces: Vec::new(),
-    })
+    Ok(Diagnosed::skipped())
 }

@@ -97,13 +97,13 @@ fn balance(inverse: &DMatrix<f64>, contact: &Contact, mode: Mode) -> (DVector<f6
     let jacobian = &contact.jacobian;
     let mobility = jacobian * inverse * jacobian.transpose();
     let force = match mode {
+        // A direction in which the body cannot go takes no part: what the tool meets there is not friction.
         Mode::Stick => {
-            let regular =
-                nalgebra::Matrix2::new(mobility[(0, 0)], mobility[(0, 1)], mobility[(1, 0)], mobility[(1, 1)])
-                    + nalgebra::Matrix2::identity() * (1e-9 * mobility.trace());
-            regular
-                .try_inverse()
-                .map_or_else(Vector2::zeros, |inverse| inverse * contact.tool_velocity)
+            let square =
+                nalgebra::Matrix2::new(mobility[(0, 0)], mobility[(0, 1)], mobility[(1, 0)], mobility[(1, 1)]);
+            let smallest = 1e-6 * square.trace();
+            let inverse = square.pseudo_inverse(smallest.max(f64::MIN_POSITIVE));
+            inverse.map_or_else(|_| Vector2::zeros(), |inverse| inverse * contact.tool_velocity)
         }
         Mode::Slide(push) => {
             let along = contact

@@ -8,6 +8,7 @@ mod random_effects;
 mod robust;
 mod rotation;
 mod smoothing;
+mod turning;
 
 pub use correlated::{
     MeanEstimate, autocorrelation, batch_means_sd, block_bootstrap_sd, correlated_mean, effective_samples, ljung_box,
@@ -19,3 +20,4 @@ pub use random_effects::{Pooled, random_effects};
 pub use robust::{mad_sd, median, quantile, trimmed_mean};
 pub use rotation::{mean_rotation, rotation_centre};
 pub use smoothing::{LocalFit, interpolate, local_quadratic};
+pub use turning::{Turned, turned_displacement};

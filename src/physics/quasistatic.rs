@@ -99,8 +99,7 @@ fn balance(inverse: &DMatrix<f64>, contact: &Contact, mode: Mode) -> (DVector<f6
     let force = match mode {
         // A direction in which the body cannot go takes no part: what the tool meets there is not friction.
         Mode::Stick => {
-            let square =
-                nalgebra::Matrix2::new(mobility[(0, 0)], mobility[(0, 1)], mobility[(1, 0)], mobility[(1, 1)]);
+            let square = nalgebra::Matrix2::new(mobility[(0, 0)], mobility[(0, 1)], mobility[(1, 0)], mobility[(1, 1)]);
             let smallest = 1e-6 * square.trace();
             let inverse = square.pseudo_inverse(smallest.max(f64::MIN_POSITIVE));
             inverse.map_or_else(|_| Vector2::zeros(), |inverse| inverse * contact.tool_velocity)

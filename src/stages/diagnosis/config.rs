@@ -14,7 +14,10 @@ pub struct Config {
 
 impl Default for Config {
     fn default() -> Self {
-        Self { tolerance: 0.05, rotation_tolerance: 0.035 }
+        Self {
+            tolerance: 0.05,
+            rotation_tolerance: 0.035,
+        }
     }
 }
 

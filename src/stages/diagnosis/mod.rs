@@ -6,9 +6,10 @@ mod config;
 mod diagnose;
 mod predict;
 mod slide;
+mod slope;
 mod trace;
 mod white;
 
 pub use config::Config;
-pub use diagnose::{diagnose, Diagnosed};
+pub use diagnose::{Diagnosed, diagnose};
 pub use trace::{Curve, Quantity, Trace};

@@ -3,6 +3,7 @@
 //! A capture knows no belief: nothing here imports the twin.
 
 mod check;
+mod csv_text;
 mod document;
 mod folder;
 mod frames;
@@ -23,4 +24,4 @@ pub use model::{
 };
 pub use phases::{Phase, PhaseKind, Segmented};
 pub use read::read_capture;
-pub use write::write_capture;
+pub use write::{write_capture, write_capture_with};

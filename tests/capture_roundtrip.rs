@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use palpate::capture::{
-    Capture, Interaction, PoseStream, WrenchStream, read_capture, read_frame, write_capture, write_capture_with,
+    Capture, Interaction, PoseStream, WrenchStream, inspect, read_capture, read_frame, write_capture,
+    write_capture_with,
 };
 use proptest::prelude::*;
 
@@ -36,6 +37,10 @@ fn every_real_recording_is_accepted() {
     for folder in found {
         let capture = read_capture(&folder).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(capture.digest.len(), 64);
+        let inspection = inspect(&capture);
+        assert_eq!(inspection.interactions.len(), capture.interactions.len());
+        serde_json::to_string(&inspection).expect("printed");
+        println!("{inspection}");
     }
 }
 

@@ -8,6 +8,11 @@ mod document;
 mod folder;
 mod frames;
 mod images;
+mod inspect;
+mod inspect_missing;
+mod inspect_noise;
+mod inspect_views;
+mod inspection;
 mod json;
 mod model;
 mod phases;
@@ -17,6 +22,10 @@ mod table;
 mod write;
 
 pub use frames::read_frame;
+pub use inspect::inspect;
+pub use inspection::{
+    CameraSummary, Inspection, InteractionSummary, Missing, Motion, NoiseAtRest, StreamSummary, ViewSummary,
+};
 pub use json::capture_schema;
 pub use model::{
     BodyPrior, Camera, Capture, ColorImage, DepthImage, FORMAT, Frames, Interaction, Kind, LabelImage, MeshFile, Noise,

@@ -27,14 +27,20 @@ pub fn inspect(capture: &Capture) -> Inspection {
     }
 }
 
-/// Every body or link that is listed, tracked or aimed at.
+/// Every body or link that is listed, tracked or aimed at; of a body whose links are named, the links.
 pub(super) fn body_names(capture: &Capture) -> Vec<String> {
     let tracked = capture
         .interactions
         .iter()
         .flat_map(|x| x.tracks.keys().chain(&x.target));
     let all: BTreeSet<&String> = capture.bodies.iter().map(|b| &b.name).chain(tracked).collect();
-    all.into_iter().cloned().collect()
+    let whole = |name: &&String| !all.iter().any(|other| is_link_of(other, name));
+    all.iter().copied().filter(whole).cloned().collect()
+}
+
+/// True for `body/link` of `body`.
+pub(super) fn is_link_of(link: &str, body: &str) -> bool {
+    link.split_once('/').is_some_and(|(of, _)| of == body)
 }
 
 fn interaction(x: &Interaction) -> InteractionSummary {

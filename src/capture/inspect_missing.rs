@@ -1,6 +1,6 @@
 //! What a capture cannot tell, and what in it looks like a mistake, in words.
 
-use super::inspect::body_names;
+use super::inspect::{body_names, is_link_of};
 use super::inspect_views::summarise_views;
 use super::inspection::{InteractionSummary, Missing, ViewSummary};
 use super::{Capture, Interaction, Kind};
@@ -46,7 +46,7 @@ impl Evidence<'_> {
             return None;
         }
         Some(if self.slid_under_force() {
-            "pushes and pulls on a table give only friction times weight; a lift with a force sensor tells the mass, \
+            "slow pushes and pulls give only friction times weight; a lift with a force sensor tells the mass, \
              a tilt or a known friction lets the pushes tell it"
         } else {
             "no lift with a force sensor, and no push with force beside a tilt or a known friction"
@@ -59,7 +59,7 @@ impl Evidence<'_> {
             return None;
         }
         Some(if slid {
-            "pushes and pulls give only friction times weight; a lift tells the weight, a tilt the friction"
+            "slow pushes and pulls give only friction times weight; a lift tells the weight, a tilt the friction"
         } else {
             "no tilt, and no push with force beside a lift or a known mass"
         })
@@ -92,7 +92,7 @@ impl Evidence<'_> {
 
 fn acts_on(x: &Interaction, body: &str) -> bool {
     match &x.target {
-        Some(target) => target == body,
+        Some(target) => target == body || is_link_of(body, target),
         None => x.tracks.contains_key(body),
     }
 }
@@ -185,6 +185,7 @@ pub(super) fn doubts(capture: &Capture, summaries: &[InteractionSummary]) -> Vec
             "a view has depth in {share:.1} % of its pixels: depth_unit, depth_min, depth_max?"
         ));
     }
+    let mut grouped: Vec<(String, &str, usize)> = Vec::new();
     for (x, summary) in capture.interactions.iter().zip(summaries) {
         let of_one = [
             unknown_target(capture, x),
@@ -192,18 +193,29 @@ pub(super) fn doubts(capture: &Capture, summaries: &[InteractionSummary]) -> Vec
             untared(x, summary),
             unsaid(x),
         ];
-        out.extend(of_one.into_iter().flatten().map(|doubt| format!("{}: {doubt}", x.name)));
+        for doubt in of_one.into_iter().flatten() {
+            match grouped.iter_mut().find(|(met, _, _)| *met == doubt) {
+                Some((_, _, more)) => *more += 1,
+                None => grouped.push((doubt, &x.name, 0)),
+            }
+        }
     }
+    out.extend(grouped.into_iter().map(|(doubt, name, more)| match more {
+        0 => format!("{name}: {doubt}"),
+        _ => format!("{name} and {more} more: {doubt}"),
+    }));
     out
 }
 
+/// A target that no other place names; a tool that holds it tells where it is, so that needs no track.
 fn unknown_target(capture: &Capture, x: &Interaction) -> Option<String> {
-    let target = x.target.as_ref()?;
-    let tracked = capture
-        .interactions
-        .iter()
-        .any(|other| other.tracks.contains_key(target));
-    let known = tracked || capture.prior(target).is_some();
+    let target = x
+        .target
+        .as_ref()
+        .filter(|_| !x.tool.as_ref().is_some_and(|t| t.grip || t.pin))?;
+    let named = |name: &String| name == target || is_link_of(name, target);
+    let tracked = capture.interactions.iter().any(|other| other.tracks.keys().any(named));
+    let known = tracked || capture.bodies.iter().any(|b| named(&b.name));
     (!known).then(|| format!("its target `{target}` is neither tracked nor listed under bodies"))
 }
 

@@ -8,6 +8,8 @@ use super::inspection::NoiseAtRest;
 const STRETCH: (usize, usize) = (20, 200);
 /// Makes the median absolute deviation a standard deviation where noise is normal (Rousseeuw and Croux 1993, section 1).
 const NORMAL: f64 = 1.4826;
+/// Stretches up to this many times the quietest are taken for the same noise.
+const ABOUT_AS_QUIET: f64 = 1.5;
 
 /// Differences from row to row.
 pub(super) fn steps(values: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
@@ -23,9 +25,10 @@ pub(super) fn rotation_steps(rotations: &[Option<UnitQuaternion<f64>>]) -> Vec<V
     rotations.windows(2).map(step).collect()
 }
 
-/// One standard deviation per axis in the quietest stretch: the smallest, over stretches of a tenth of the stream, of
-/// the median absolute first difference, divided by √2 since a difference of two readings has twice the variance.
-/// Nothing for streams of fewer than 20 steps.
+/// One standard deviation per axis at rest: of each stretch (a tenth of the stream) the median absolute first
+/// difference, divided by √2 since a difference of two readings has twice the variance; then the middle one of the
+/// stretches that are about as quiet as the quietest, since the least of many noisy figures is too small.
+/// Nothing for streams of fewer than 20 steps, nor where a reading does not change at all.
 pub(super) fn noise_at_rest(quantity: &'static str, unit: &'static str, steps: &[Vector3<f64>]) -> Option<NoiseAtRest> {
     let there: Vec<Vector3<f64>> = steps
         .iter()
@@ -38,12 +41,12 @@ pub(super) fn noise_at_rest(quantity: &'static str, unit: &'static str, steps: &
         sizes.sort_by(f64::total_cmp);
         NORMAL * sizes[sizes.len() / 2] / std::f64::consts::SQRT_2
     };
-    let sd = there
-        .windows(length)
-        .step_by((length / 4).max(1))
-        .map(spread)
-        .reduce(f64::min)?;
-    Some(NoiseAtRest { quantity, sd, unit })
+    let mut spreads: Vec<f64> = there.windows(length).step_by((length / 4).max(1)).map(spread).collect();
+    spreads.sort_by(f64::total_cmp);
+    let quietest = *spreads.first()?;
+    let quiet = spreads.partition_point(|s| *s <= ABOUT_AS_QUIET * quietest);
+    let sd = spreads[quiet / 2];
+    (sd > 0.0).then_some(NoiseAtRest { quantity, sd, unit })
 }
 
 #[cfg(test)]
@@ -66,6 +69,6 @@ mod tests {
         };
         let values: Vec<Vector3<f64>> = (0..1500).map(|i| value(i, &mut rng)).collect();
         let noise = noise_at_rest("force", "N", &steps(&values)).expect("noise");
-        assert!((noise.sd / 0.05 - 1.0).abs() < 0.2, "{}", noise.sd);
+        assert!((noise.sd / 0.05 - 1.0).abs() < 0.1, "{}", noise.sd);
     }
 }

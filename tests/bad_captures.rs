@@ -1,5 +1,12 @@
 //! A capture that is damaged in one place is refused with the file and the place, and nothing else happens.
 
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_macros,
+    reason = "tests may stop and print"
+)]
+
 mod common;
 
 use std::fs;

@@ -1,5 +1,12 @@
 //! What is written is read back the same, and real recordings with all their quirks are accepted.
 
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_macros,
+    reason = "tests may stop and print"
+)]
+
 mod common;
 
 use std::path::{Path, PathBuf};

@@ -1,5 +1,12 @@
 //! The Python example writes a capture that is read without a complaint.
 
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_macros,
+    reason = "tests may stop and print"
+)]
+
 use std::path::Path;
 use std::process::Command;
 
@@ -21,7 +28,11 @@ fn the_python_example_writes_a_sound_capture() {
     let parent = tempfile::tempdir().expect("a temporary folder");
     let folder = parent.path().join("capture");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/write_capture.py");
-    let output = Command::new(python).arg(&script).arg(&folder).output().expect("it runs");
+    let output = Command::new(python)
+        .arg(&script)
+        .arg(&folder)
+        .output()
+        .expect("it runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let capture = read_capture(&folder).unwrap_or_else(|error| panic!("{error}"));
     let inspection = inspect(&capture);

@@ -10,10 +10,12 @@
 mod common;
 
 use std::fs;
+use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use common::damaged::damaged_captures;
-use palpate::capture::read_capture;
+use palpate::capture::{inspect, read_capture};
+use proptest::prelude::*;
 
 #[test]
 fn every_damage_is_refused_by_file_and_place() {
@@ -56,8 +58,47 @@ fn the_same_fault_is_reported_however_many_threads_read() {
     }
 }
 
+fn files_below(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("listed") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files_below(&path, found)
+        } else {
+            found.push(path)
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn any_damage_at_all_ends_in_an_answer(file in 0..1000_usize, place in 0.0..1.0_f64, new: u8, how in 0..3) {
+        let parent = tempfile::tempdir().expect("a temporary folder");
+        let folder = parent.path().join("capture");
+        common::good::write_good(&folder);
+        let mut files = Vec::new();
+        files_below(&folder, &mut files);
+        files.sort();
+        // Every other time the document itself.
+        let path = if file % 2 == 0 { folder.join("capture.json") } else { files[file / 2 % files.len()].clone() };
+        let mut bytes = fs::read(&path).expect("read");
+        let at = (place * bytes.len() as f64) as usize;
+        match how {
+            0 => bytes[at] = new,
+            1 => bytes.insert(at, new),
+            _ => { bytes.remove(at); }
+        }
+        fs::write(&path, bytes).expect("written");
+        match read_capture(&folder) {
+            Ok(capture) => { inspect(&capture).to_text(); }
+            Err(error) => prop_assert!(error.exit_code() == 2 && error.to_string().lines().count() == 1, "{error}"),
+        }
+    }
+}
+
 /// What one run of the program did with a damaged capture; empty where all is well.
-fn fault_of_run(name: &str, command: &mut Command, old: &std::path::Path) -> Option<String> {
+fn fault_of_run(name: &str, command: &mut Command, old: &Path) -> Option<String> {
     let output = command.output().expect("the program runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let left = fs::read(old.join("twin.json")).expect("the older result is there");

@@ -10,7 +10,10 @@ use super::json::{
     BodyJson, CameraJson, CaptureJson, FramesJson, FrictionJson, InteractionJson, NoiseJson, ShapeJson, SupportJson,
     ToolJson, ViewJson,
 };
-use super::{BodyPrior, Camera, Capture, FORMAT, Frames, Interaction, MeshFile, Noise, Support, Tool, ToolShape, View};
+use super::{
+    BodyPrior, Camera, Capture, FORMAT, Frames, Interaction, MeshFile, Noise, PoseStream, Support, Tool, ToolShape,
+    View, WrenchStream,
+};
 use crate::base::{Error, Result, StagedFolder, read_bytes};
 
 /// Writes `capture` as a folder that [`super::read_capture`] reads back the same; an older capture there is replaced.
@@ -173,6 +176,12 @@ impl Writer<'_> {
     }
 
     fn interaction(&mut self, x: &Interaction) -> Result<InteractionJson> {
+        if !columns_match(x) {
+            return Err(Error::Failed(format!(
+                "{}: a stream has columns of different lengths",
+                x.name
+            )));
+        }
         let folder = format!("interactions/{}", file_name(&x.name));
         let tool = x.tool.as_ref().map(|tool| self.tool(&x.name, tool)).transpose()?;
         let mut table = |name: &str, text: Option<String>| {
@@ -244,6 +253,21 @@ impl Writer<'_> {
             pose: frames.world_from_camera.map(|pose| pose.to_seven()),
         })
     }
+}
+
+/// Every column of every stream has as many rows as its times.
+fn columns_match(x: &Interaction) -> bool {
+    let poses = |s: &PoseStream| s.position.len() == s.len() && s.rotation.len() == s.len();
+    let wrench =
+        |s: &WrenchStream| s.force.len() == s.time.len() && s.torque.as_ref().is_none_or(|t| t.len() == s.time.len());
+    let frames = |f: &Frames| {
+        let rows = f.time.len();
+        f.depth.len() == rows && f.color.len() == rows && f.poses.as_ref().is_none_or(|p| p.len() == rows && poses(p))
+    };
+    x.force.as_ref().is_none_or(wrench)
+        && x.tool_path.iter().chain(x.tracks.values()).all(poses)
+        && x.support_path.as_ref().is_none_or(|s| s.vector.len() == s.time.len())
+        && x.frames.as_ref().is_none_or(frames)
 }
 
 /// `name` as the name of a file: what is neither letter nor digit nor `-_.` becomes `-`.

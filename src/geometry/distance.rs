@@ -36,10 +36,15 @@ impl SurfaceDistance {
 
     /// The nearest point of the surface; nothing for a query that is not finite.
     pub fn nearest(&self, p: &Point3<f64>) -> Option<Nearest> {
+        self.nearest_within(p, f64::MAX)
+    }
+
+    /// The nearest point of the surface if it is nearer than `limit`, m: the tighter, the faster.
+    pub fn nearest_within(&self, p: &Point3<f64>, limit: f64) -> Option<Nearest> {
         let query = to_parry(p);
-        let (projection, (triangle, _)) =
-            self.tree
-                .project_local_point_and_get_location_with_max_dist(query, false, f64::MAX)?;
+        let (projection, (triangle, _)) = self
+            .tree
+            .project_local_point_and_get_location_with_max_dist(query, false, limit)?;
         let point = from_parry(projection.point);
         Some(Nearest {
             point,

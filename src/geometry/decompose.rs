@@ -84,7 +84,7 @@ fn protrusion(hull: &Mesh, surface: &SurfaceDistance) -> f64 {
     let mut rng = rng_for(Seed(0), "protrusion");
     sample_surface(hull, 150, &mut rng)
         .iter()
-        .map(|s| surface.signed(&s.point).unwrap_or_else(|| surface.distance(&s.point)))
+        .map(|s| surface.signed_or_guessed(&s.point))
         .fold(0.0, f64::max)
 }
 
@@ -281,7 +281,8 @@ fn merge(hulls: Vec<Mesh>, surface: &SurfaceDistance, config: &DecompositionConf
             pairs.extend(pair(&parts, a.min(other), a.max(other), config));
         }
     }
-    parts.into_iter().flatten().collect()
+    let slim = |part: &Mesh| slim_hull(&part.vertices, config.max_vertices, HULL_TOLERANCE);
+    parts.iter().flatten().filter_map(slim).collect()
 }
 
 /// The first pair that may be merged; where there are too many parts, else the cheapest one.
@@ -295,23 +296,20 @@ fn choose(pairs: &mut [Pair], surface: &SurfaceDistance, config: &DecompositionC
     (forced && !pairs.is_empty()).then_some(0)
 }
 
+/// Nothing for parts that are far apart: they are never merged.
 fn pair(parts: &[Option<Mesh>], a: usize, b: usize, config: &DecompositionConfig) -> Option<Pair> {
     let (x, y) = (parts[a].as_ref()?, parts[b].as_ref()?);
-    let apart = boxes_apart(x, y)?;
+    if boxes_apart(x, y)? > config.max_protrusion {
+        return None;
+    }
     let points: Vec<Point3<f64>> = x.vertices.iter().chain(&y.vertices).copied().collect();
-    let full = convex_hull(&points)?;
-    let hull = if full.vertices.len() > config.max_vertices {
-        slim_hull(&points, config.max_vertices, HULL_TOLERANCE)?
-    } else {
-        full
-    };
-    let added = hull.volume() - x.volume() - y.volume();
+    let hull = convex_hull(&points)?;
     Some(Pair {
         a,
         b,
-        added,
+        added: hull.volume() - x.volume() - y.volume(),
         hull,
-        protrudes: apart > config.max_protrusion,
+        protrudes: false,
     })
 }
 
@@ -323,7 +321,7 @@ fn boxes_apart(x: &Mesh, y: &Mesh) -> Option<f64> {
 }
 
 /// Volume in both over volume in either (intersection over union) of a closed mesh and convex parts, from
-/// `samples` points in the box around them. Nothing where the mesh is not closed.
+/// `samples` points in the box around them. Nothing for an empty mesh.
 pub fn decomposition_overlap(mesh: &Mesh, parts: &[Mesh], samples: usize, seed: Seed) -> Option<f64> {
     let surface = SurfaceDistance::new(mesh)?;
     let (lo, hi) = mesh.bounds()?;
@@ -336,7 +334,7 @@ pub fn decomposition_overlap(mesh: &Mesh, parts: &[Mesh], samples: usize, seed: 
     let (mut both, mut either) = (0usize, 0usize);
     for _ in 0..samples {
         let p = lo + (hi - lo).map(|side| side * rng.random::<f64>());
-        let in_mesh = surface.signed(&p)? < 0.0;
+        let in_mesh = surface.signed_or_guessed(&p) < 0.0;
         let in_parts = planes
             .iter()
             .any(|part| part.iter().all(|(n, d)| n.dot(&p.coords) <= *d));

@@ -61,12 +61,22 @@ impl SurfaceDistance {
     /// Distance, negative inside (Bærentzen & Aanæs 2005, angle-weighted pseudonormals); nothing where the mesh
     /// bounds no solid.
     pub fn signed(&self, p: &Point3<f64>) -> Option<f64> {
-        if !self.closed {
-            return None;
-        }
-        let projection = self.tree.project_local_point(to_parry(p), false);
-        let distance = (from_parry(projection.point) - p).norm();
-        Some(if projection.is_inside { -distance } else { distance })
+        self.closed.then(|| {
+            let projection = self.tree.project_local_point(to_parry(p), false);
+            let distance = (from_parry(projection.point) - p).norm();
+            if projection.is_inside { -distance } else { distance }
+        })
+    }
+
+    /// As `signed`; where the mesh bounds no solid the sign is that of the side of the nearest triangle, a guess
+    /// that serves for meshes with small faults. Infinite for a query that is not finite.
+    pub fn signed_or_guessed(&self, p: &Point3<f64>) -> f64 {
+        self.signed(p).unwrap_or_else(|| {
+            self.nearest(p).map_or(f64::INFINITY, |n| {
+                let side = self.normal(n.triangle).dot(&(p - n.point));
+                if side < 0.0 { -n.distance } else { n.distance }
+            })
+        })
     }
 
     /// Outward unit normal of a triangle; zero where it has no area.

@@ -6,6 +6,7 @@ mod formats;
 mod hull;
 mod mesh;
 mod properties;
+mod quadric;
 mod sampling;
 mod silhouette;
 mod simplify;

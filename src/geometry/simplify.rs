@@ -3,16 +3,15 @@
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-use nalgebra::{Matrix3, Point3, Translation3, Vector3};
+use nalgebra::{Point3, Translation3, Vector3};
 
 use super::Mesh;
+use super::quadric::Quadric;
 
 /// A collapsed triangle may turn by at most acos of this.
 const MIN_NORMAL_DOT: f64 = 0.2;
 /// Least `2 sqrt(3) area / longest edge²` of a new triangle, unless it was worse before.
 const MIN_QUALITY: f64 = 0.01;
-/// How strongly the middle of the edge attracts the new vertex, against the planes around it.
-const MIDDLE_PULL: f64 = 1e-4;
 
 /// Collapses edges in the order of their quadric error (Garland & Heckbert 1997) until the next one would lie
 /// farther than `max_error`, m, from the planes that it stands for (root of the area-weighted mean square); each
@@ -47,64 +46,6 @@ pub fn simplify(mesh: &Mesh, max_error: f64) -> Mesh {
         }
     }
     work.finish().transformed(&Translation3::from(center).into())
-}
-
-/// `x'A x + 2 b'x + c`: the weighted sum of squared distances to planes, with the sum of the weights.
-#[derive(Clone, Copy)]
-struct Quadric {
-    a: Matrix3<f64>,
-    b: Vector3<f64>,
-    c: f64,
-    weight: f64,
-}
-
-impl Quadric {
-    fn zero() -> Self {
-        Self {
-            a: Matrix3::zeros(),
-            b: Vector3::zeros(),
-            c: 0.0,
-            weight: 0.0,
-        }
-    }
-
-    fn plane(normal: &Vector3<f64>, through: &Point3<f64>, weight: f64) -> Self {
-        let d = -normal.dot(&through.coords);
-        Self {
-            a: normal * normal.transpose() * weight,
-            b: normal * (d * weight),
-            c: d * d * weight,
-            weight,
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.a += other.a;
-        self.b += other.b;
-        self.c += other.c;
-        self.weight += other.weight;
-    }
-
-    fn error(&self, p: &Point3<f64>) -> f64 {
-        (p.coords.dot(&(self.a * p.coords + self.b * 2.0)) + self.c).max(0.0)
-    }
-
-    /// The point of least error on the plane `volume` (normal, offset) that keeps the volume, held near `middle`
-    /// where the planes leave it free.
-    fn minimum(&self, middle: &Point3<f64>, volume: &(Vector3<f64>, f64)) -> Point3<f64> {
-        let pull = MIDDLE_PULL * self.weight;
-        let a = self.a + Matrix3::identity() * pull;
-        let Some(factor) = a.cholesky() else {
-            return *middle;
-        };
-        let free = factor.solve(&(middle.coords * pull - self.b));
-        let (normal, offset) = volume;
-        let toward = factor.solve(normal);
-        let slope = normal.dot(&toward);
-        let step = toward * ((offset - normal.dot(&free)) / slope);
-        let usable = slope > 0.0 && step.iter().all(|x| x.is_finite());
-        Point3::from(if usable { free + step } else { free })
-    }
 }
 
 struct Candidate {

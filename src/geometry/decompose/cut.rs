@@ -46,7 +46,7 @@ const NO_PART: u16 = u16::MAX;
 impl Grid {
     fn new(parts: &[VoxelSet]) -> Option<Self> {
         let first = parts.first()?;
-        let coords = |v: &Voxel| [i64::from(v.coords.x), i64::from(v.coords.y), i64::from(v.coords.z)];
+        let coords = |v: &Voxel| [v.coords.x, v.coords.y, v.coords.z];
         let all = parts.iter().flat_map(|p| p.voxels()).map(coords);
         let (mut low, mut high) = ([i64::MAX; 3], [i64::MIN; 3]);
         for c in all {

@@ -266,3 +266,58 @@ fn faces(reader: &mut Reader, element: &Element, soup: &mut Soup) -> Result<()> 
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::parse_mesh;
+
+    const HEADER: &str = "comment a square\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
+        property list uchar int vertex_indices\nend_header\n";
+    const PLACES: [[f32; 3]; 4] = [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5], [1.0, 1.0, 0.5], [0.0, 1.0, 0.5]];
+
+    fn binary(big: bool) -> Vec<u8> {
+        let format = if big {
+            "binary_big_endian"
+        } else {
+            "binary_little_endian"
+        };
+        let mut bytes = format!("ply\nformat {format} 1.0\n{HEADER}").into_bytes();
+        for (i, place) in PLACES.iter().enumerate() {
+            for c in place {
+                bytes.extend(if big { c.to_be_bytes() } else { c.to_le_bytes() });
+            }
+            bytes.extend([10 * i as u8, 7, 255]);
+        }
+        bytes.push(4);
+        for i in 0..4i32 {
+            bytes.extend(if big { i.to_be_bytes() } else { i.to_le_bytes() });
+        }
+        bytes
+    }
+
+    #[test]
+    fn text_and_both_byte_orders_say_the_same() {
+        let mut text = format!("ply\nformat ascii 1.0\n{HEADER}");
+        for (i, [x, y, z]) in PLACES.iter().enumerate() {
+            text += &format!("{x} {y} {z} {} 7 255\n", 10 * i);
+        }
+        text += "4 0 1 2 3\n";
+        for bytes in [text.into_bytes(), binary(false), binary(true)] {
+            let mesh = parse_mesh(Path::new("a.ply"), &bytes).unwrap();
+            assert_eq!(mesh.triangles, vec![[0, 1, 2], [0, 2, 3]]);
+            assert_eq!(mesh.vertices[2], Point3::new(1.0, 1.0, 0.5));
+            assert_eq!(mesh.colors[3], [30, 7, 255]);
+        }
+    }
+
+    #[test]
+    fn a_file_that_breaks_off_is_refused() {
+        let bytes = binary(false);
+        let said = parse_mesh(Path::new("a.ply"), &bytes[..bytes.len() - 3])
+            .unwrap_err()
+            .to_string();
+        assert!(said.contains("face 0"), "{said}");
+    }
+}

@@ -16,8 +16,11 @@ struct Pair {
     protrusion: Option<f64>,
 }
 
-/// Merges the pair that adds the least volume, again and again: all that stand out little enough, then more
-/// until there are few enough.
+/// How fast the limit of what may stand out is raised.
+const LIMIT_STEP: f64 = 1.1892;
+
+/// Merges the pair that adds the least volume, again and again, among those that stand out little; how little is
+/// raised step by step to `max_protrusion`, and beyond it while there are too many parts.
 pub(super) fn merge(hulls: Vec<Mesh>, surface: &SurfaceDistance, config: &DecompositionConfig) -> Vec<Mesh> {
     let mut parts: Vec<Option<Mesh>> = hulls.into_iter().map(Some).collect();
     let mut pairs = Vec::new();
@@ -26,11 +29,16 @@ pub(super) fn merge(hulls: Vec<Mesh>, surface: &SurfaceDistance, config: &Decomp
             pairs.extend(pair(&parts, a, b, config));
         }
     }
+    let mut limit = 0.25 * config.max_protrusion;
     loop {
-        let alive = parts.iter().flatten().count();
         pairs.sort_by(|x, y| x.added.total_cmp(&y.added).then((x.a, x.b).cmp(&(y.a, y.b))));
-        let Some(next) = choose(&mut pairs, surface, config, alive > config.max_parts) else {
-            break;
+        let Some(next) = choose(&mut pairs, surface, limit) else {
+            let too_many = parts.iter().flatten().count() > config.max_parts;
+            if pairs.is_empty() || limit >= config.max_protrusion && !too_many {
+                break;
+            }
+            limit *= LIMIT_STEP;
+            continue;
         };
         let Pair { a, b, hull, .. } = pairs.remove(next);
         parts[a] = Some(hull);
@@ -44,18 +52,12 @@ pub(super) fn merge(hulls: Vec<Mesh>, surface: &SurfaceDistance, config: &Decomp
     parts.iter().flatten().filter_map(slim).collect()
 }
 
-/// The first pair that may be merged; where there are too many parts, else the one that stands out least.
-fn choose(pairs: &mut [Pair], surface: &SurfaceDistance, config: &DecompositionConfig, forced: bool) -> Option<usize> {
-    for (i, p) in pairs.iter_mut().enumerate().filter(|(_, p)| p.protrusion.is_none()) {
-        let protrusion = protrusion(&p.hull, surface);
-        p.protrusion = Some(protrusion);
-        if protrusion <= config.max_protrusion {
-            return Some(i);
-        }
-    }
-    let out = |i: &usize| pairs[*i].protrusion.unwrap_or(f64::INFINITY);
-    let least = (0..pairs.len()).min_by(|a, b| out(a).total_cmp(&out(b)));
-    least.filter(|_| forced)
+/// The pair of least added volume that stands out by no more than `limit`.
+fn choose(pairs: &mut [Pair], surface: &SurfaceDistance, limit: f64) -> Option<usize> {
+    pairs.iter_mut().position(|p| {
+        let out = *p.protrusion.get_or_insert_with(|| protrusion(&p.hull, surface));
+        out <= limit
+    })
 }
 
 /// Nothing for parts that are far apart: they are never merged.

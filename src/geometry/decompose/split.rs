@@ -7,7 +7,7 @@ use super::parts::protrudes;
 use crate::geometry::{Mesh, SurfaceDistance, convex_hull};
 
 /// A part is halved at most so many times in a row.
-pub(super) const MAX_SPLITS: usize = 3;
+pub(super) const MAX_SPLITS: usize = 5;
 
 /// The hull of a part, or, while it stands out of the shape too far, of its halves: V-HACD stops early at thin walls,
 /// whose hulls hold little volume but may bridge a wide arc. Points within `margin`, m, of

@@ -2,13 +2,17 @@
 
 mod body;
 mod diagnosis;
+mod file;
 mod joint;
 mod model;
+mod obj;
 mod relation;
+mod sanity;
 mod truth;
 
 pub use body::{Body, Friction, FrictionForce, Link, Superquadric, SymmetryPlane};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
+pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, write_twin};
 pub use joint::{Joint, JointAlternative, JointKind};
 pub use model::{FORMAT, Model, Provenance, SupportPlane, Twin};
 pub use relation::{Relation, RelationKind, SUPPORT};

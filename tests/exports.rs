@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 use palpate::base::{Estimate, Pose, StagedFolder};
-use palpate::export::export_all;
+use palpate::export::{check, export_all};
 use palpate::geometry::Mesh;
 use palpate::twin::{
     BaseFit, Body, DIAGNOSIS_FORMAT, Diagnosis, FORMAT, Joint, JointKind, Link, Model, Provenance, Relation,
@@ -283,6 +283,9 @@ fn kinds() -> Model {
         let top = b.block(name, at(0.0, y, 0.081), [0.05, 0.05, 0.04]);
         let mut hold = joint(kind, &format!("{name}-stand"), name, [0.0, 0.0, 1.0], [0.0, y, 0.06]);
         hold.pitch = (kind == JointKind::Screw).then(|| Estimate::measured(0.002, 1e-4, "m/rad", Vec::new(), "test"));
+        hold.friction = (kind == JointKind::Cylindrical)
+            .then(|| measured(3.0, 0.1, "N"))
+            .flatten();
         b.add(vec![stand, top], vec![hold]);
     }
     b.relate("support", "ball-stand", RelationKind::Fixed);
@@ -328,4 +331,68 @@ fn leave_the_folders_for_outside_judges() {
         model.twin.sanity_check().expect("sound");
         write(&model, &Path::new(&target).join(name));
     }
+}
+
+/// What goes out comes back: every value within a millionth, everything at rest.
+#[test]
+fn every_export_says_what_the_twin_says() {
+    for (name, model) in models() {
+        model.twin.sanity_check().expect("sound");
+        let dir = tempfile::tempdir().expect("a folder");
+        let target = dir.path().join(name);
+        write(&model, &target);
+        let (back, _) = read_twin(&target).expect("reads back");
+        assert_eq!(
+            serde_json::to_string(&back.twin).expect("json"),
+            serde_json::to_string(&model.twin).expect("json")
+        );
+        let report = check(&target).expect("checked");
+        assert!(report.passed(), "{name}: {report}");
+        assert!(report.compared > 20, "{name}: {report}");
+        println!("{name}: {report}");
+    }
+}
+
+/// A check that finds nothing proves nothing: each damage must be seen.
+#[test]
+fn damage_is_seen() {
+    let damages: [(&str, &str, &str, &str); 5] = [
+        ("scene.urdf", "mass value=\"0.2\"", "mass value=\"0.21\"", "mass"),
+        (
+            "scene.xml",
+            "frictionloss=\"0.02\"",
+            "frictionloss=\"0.03\"",
+            "friction",
+        ),
+        ("urdf/base.urdf", "axis xyz=\"0 0 1\"", "axis xyz=\"0 0.01 1\"", "axis"),
+        ("scene.xml", "range=\"-0.4 1.2\"", "range=\"-0.4 1.3\"", "range"),
+        ("scene.urdf", "meshes/arm.obj", "meshes/leg.obj", "not there"),
+    ];
+    let dir = tempfile::tempdir().expect("a folder");
+    for (i, (file, from, to, words)) in damages.into_iter().enumerate() {
+        let target = dir.path().join(i.to_string());
+        write(&hinge(), &target);
+        let path = target.join(file);
+        let text = std::fs::read_to_string(&path).expect("text");
+        assert!(text.contains(from), "{file} holds no {from}:\n{text}");
+        std::fs::write(&path, text.replace(from, to)).expect("written");
+        let report = check(&target).expect("checked");
+        assert!(
+            report
+                .problems
+                .iter()
+                .any(|p| p.file == file && p.message.contains(words)),
+            "{from}: {report}"
+        );
+    }
+}
+
+/// The same model gives the same bytes.
+#[test]
+fn exports_are_deterministic() {
+    let model = stacks();
+    let (first, notes) = palpate::export::exports(&model).expect("exports");
+    let (second, _) = palpate::export::exports(&model).expect("exports");
+    assert_eq!(first, second);
+    assert!(notes.iter().any(|n| n.message.starts_with("assumed")));
 }

@@ -159,10 +159,12 @@ fn integrate(mesh: &Mesh) -> Option<Solid> {
     }
     let centre = first / volume;
     let covariance = second - centre * centre.transpose() * volume;
+    let inertia = Matrix3::identity() * covariance.trace() - covariance;
+    let rounding = 1e-12 * inertia.norm();
     Some(Solid {
         volume,
         centre,
-        inertia: Matrix3::identity() * covariance.trace() - covariance,
+        inertia: inertia.map(|v| if v.abs() < rounding { 0.0 } else { v }),
     })
 }
 

@@ -115,7 +115,11 @@ fn harmless(text: &str) -> String {
 
 /// A number in the shortest form that reads back as the same double; no negative zero.
 pub(super) fn number(value: f64) -> String {
-    format!("{}", value + 0.0)
+    if value != 0.0 && value.abs() < 1e-4 {
+        format!("{value:e}")
+    } else {
+        format!("{}", value + 0.0)
+    }
 }
 
 /// Numbers with a space between them.
@@ -189,6 +193,6 @@ mod tests {
         let back = parse(std::path::Path::new("x.xml"), &root.document()).expect("parses");
         assert_eq!(back.get("name"), Some("a<\"b\"&c"));
         let link = back.child("link").expect("the child");
-        assert_eq!(link.get("xyz"), Some("0 0.000000001 0.1"));
+        assert_eq!(link.get("xyz"), Some("0 1e-9 0.1"));
     }
 }

@@ -109,11 +109,10 @@ impl Document {
 
     fn part(&mut self, part: &Part, pose: &Isometry3<f64>, anchored: bool, model: &Model) -> Result<usize> {
         let node = self.node(&part.name, pose);
-        if let Some(mesh) = part.visual.as_ref().and_then(|p| model.meshes.get(p)) {
-            if !mesh.triangles.is_empty() {
-                let primitive = self.buffer.primitive(mesh, true, 0);
-                self.nodes[node]["mesh"] = json!(self.mesh(&part.name, primitive));
-            }
+        let visual = part.visual.as_ref().and_then(|p| model.meshes.get(p));
+        if let Some(mesh) = visual.filter(|m| !m.triangles.is_empty()) {
+            let primitive = self.buffer.primitive(mesh, true, 0);
+            self.nodes[node]["mesh"] = json!(self.mesh(&part.name, primitive));
         }
         if !anchored {
             self.nodes[node]["extensions"] = json!({ PHYSICS: { "motion": motion(part) } });

@@ -34,10 +34,9 @@ fn visit(node: &gltf::Node, parent: &Isometry3<f64>, described: &[Value], out: &
     let world = parent * pose(node);
     let physics = node.extensions().and_then(|e| e.get(PHYSICS));
     let name = node.name().unwrap_or_default();
-    if let Some(motion) = physics.and_then(|p| p.get("motion")) {
-        if let Some(solid) = solid(motion, &world) {
-            out.parts.insert(name.to_string(), solid);
-        }
+    let motion = physics.and_then(|p| p.get("motion"));
+    if let Some(solid) = motion.and_then(|m| solid(m, &world)) {
+        out.parts.insert(name.to_string(), solid);
     }
     if let Some(joint) = physics.and_then(|p| p.get("joint")) {
         let index = joint["joint"].as_u64().and_then(|i| usize::try_from(i).ok());

@@ -23,4 +23,4 @@ mod xml;
 pub use check::{CheckReport, Problem, check};
 pub use note::ExportNote;
 pub use rest::RestResult;
-pub use write::{export_all, exports};
+pub use write::{Files, export_all, exports};

@@ -8,6 +8,9 @@ use super::{glb, mjcf, urdf};
 use crate::base::{Result, StagedFolder};
 use crate::twin::Model;
 
+/// Bytes by path relative to the twin's folder.
+pub type Files = BTreeMap<String, Vec<u8>>;
+
 /// The exported files by path relative to the twin's folder, and what each cannot say.
 ///
 /// `scene.urdf`, `scene.xml`, `scene.glb`, and `urdf/NAME.urdf` for each body alone. They name the meshes that
@@ -15,9 +18,9 @@ use crate::twin::Model;
 ///
 /// # Errors
 /// Where the joints of a body do not make one tree.
-pub fn exports(model: &Model) -> Result<(BTreeMap<String, Vec<u8>>, Vec<ExportNote>)> {
+pub fn exports(model: &Model) -> Result<(Files, Vec<ExportNote>)> {
     let scene = lay_out(model)?;
-    let mut files = BTreeMap::new();
+    let mut files = Files::new();
     files.insert("scene.urdf".to_string(), urdf::of_scene(&scene).into_bytes());
     files.insert("scene.xml".to_string(), mjcf::of_scene(&scene, model).into_bytes());
     files.insert("scene.glb".to_string(), glb::of_scene(&scene, model)?);

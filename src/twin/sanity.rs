@@ -308,7 +308,8 @@ mod tests {
     #[test]
     fn a_sound_twin_passes_and_each_fault_is_named() {
         twin().sanity_check().expect("sound");
-        let faults: [(&str, fn(&mut Twin)); 6] = [
+        type Damage = fn(&mut Twin);
+        let faults: [(&str, Damage); 6] = [
             ("tin.mass", |t| {
                 t.bodies[0].links[0].mass.as_mut().expect("mass").value = -1.0
             }),

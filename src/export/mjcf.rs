@@ -11,6 +11,8 @@ use crate::twin::{JointKind, Link, Model};
 /// Torsional friction, m, and rolling friction, m, of MuJoCo where none was measured.
 const DEFAULT_TORSION: f64 = 0.005;
 const DEFAULT_ROLLING: f64 = 0.0001;
+/// Constant impedance of a contact whose stiffness is stated.
+const IMPEDANCE: f64 = 0.95;
 
 /// The file's text.
 pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
@@ -171,14 +173,16 @@ fn touching(part: &Part, geom: Element) -> Element {
     }
 }
 
-/// `solref` in MuJoCo's direct form, (-stiffness, -damping) per unit of mass: at rest a body of mass m sinks
-/// by `F / (m k)` under the force F. Each of the two contacts of a press carries twice the stiffness. Where
-/// no damping was measured, or less than a simulator needs to stay calm, it is critical.
+/// `solref` in MuJoCo's direct form, so that a press between a tool (one point of contact) and the support (taken
+/// to be four) shows the measured stiffness. In equilibrium a contact's force is `f = k x / ((1 - d) A)` with the
+/// impedance d and `A = 1/m` ("Computation", MuJoCo's documentation: `R = (1 - d)/d A`, `a_ref = -k/d x`), so
+/// one point is given 5/4 of the whole, four are five times it, and both in series the whole. The same holds for
+/// the damping; where none was measured it is critical, and a simulator is spared extremes.
 fn direct_reference(stiffness: f64, damping: Option<f64>, mass: f64) -> [f64; 2] {
-    let k = 2.0 * stiffness / mass;
-    let critical = 2.0 * k.sqrt();
-    let d = damping.map_or(critical, |c| (2.0 * c / mass).clamp(0.1 * critical, 10.0 * critical));
-    [-k, -d]
+    let share = 1.25 * (1.0 - IMPEDANCE) / mass;
+    let critical = 2.0 * (stiffness * mass).sqrt();
+    let d = damping.map_or(critical, |c| c.clamp(0.1 * critical, 10.0 * critical));
+    [-share * stiffness, -share * d]
 }
 
 fn joints(hold: &Attachment) -> Vec<Element> {

@@ -68,8 +68,8 @@ fn of_surface(part: &Part, about: &str) -> Vec<ExportNote> {
         let words = "measured stiffness and damping of the surface are left out";
         notes.push(ExportNote::new("urdf", about, words));
         notes.push(ExportNote::new("gltf", about, words));
-        let words = "solref gives each of the two contacts of a press (tool above, support below) twice the measured \
-                     stiffness, so that both together show it";
+        let words = "solref shows the measured stiffness to a press between a point-like tool and a support that \
+                     touches in four points; other contacts are stiffer or softer";
         notes.push(ExportNote::new("mjcf", about, words));
     }
     if surface.torsional_radius.is_some() || surface.rolling.is_some() {

@@ -36,7 +36,7 @@ fn general(scene: &Scene) -> Vec<ExportNote> {
         ExportNote::new(
             "urdf",
             "scene",
-            "no gravity, no friction of surfaces, no restitution, no intervals: see twin.json",
+            "no gravity and no intervals; friction of surfaces and restitution only in tags of PyBullet (contact) and Drake",
         ),
         ExportNote::new(
             "mjcf",

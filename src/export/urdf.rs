@@ -45,7 +45,9 @@ pub(super) fn of_scene(scene: &Scene) -> String {
 }
 
 fn open(scene: &Scene, name: &str) -> Element {
-    let mut robot = Element::new("robot").with("name", name);
+    let mut robot = Element::new("robot")
+        .with("name", name)
+        .with("xmlns:drake", "http://drake.mit.edu");
     for note in scene.notes_for("urdf") {
         robot.comment(format!("{}: {}", note.about, note.message));
     }
@@ -69,6 +71,9 @@ fn add_tree(robot: &mut Element, tree: &Tree, meshes: &str) {
 
 fn link(part: &Part, meshes: &str) -> Element {
     let mut link = Element::new("link").with("name", &part.name);
+    if !part.is_bare() {
+        link.push(contact(part.surface.kinetic_friction, part.surface.restitution));
+    }
     link.push(inertial(part.mass, &part.com, &six(&part.inertia)));
     let place = || {
         origin(&Isometry3::translation(
@@ -91,9 +96,28 @@ fn link(part: &Part, meshes: &str) -> Element {
         link.push(visual.holding(material));
     }
     for path in &part.hulls {
-        link.push(Element::new("collision").holding(place()).holding(mesh(path)));
+        let collision = Element::new("collision").holding(place()).holding(mesh(path));
+        link.push(collision.holding(proximity(part)));
     }
     link
+}
+
+/// Bullet's tag; of two bodies it takes the product.
+fn contact(friction: f64, restitution: Option<f64>) -> Element {
+    let value = |tag: &str, v: f64| Element::new(tag).with("value", number(v));
+    let contact = Element::new("contact").holding(value("lateral_friction", friction));
+    match restitution {
+        Some(r) => contact.holding(value("restitution", r)),
+        None => contact,
+    }
+}
+
+/// Drake's tag; of two bodies it takes `2 a b / (a + b)`.
+fn proximity(part: &Part) -> Element {
+    let value = |tag: &str, v: f64| Element::new(tag).with("value", number(v));
+    Element::new("drake:proximity_properties")
+        .holding(value("drake:mu_static", part.surface.static_friction))
+        .holding(value("drake:mu_dynamic", part.surface.kinetic_friction))
 }
 
 fn inertial(mass: f64, com: &Vector3<f64>, six: &[f64; 6]) -> Element {
@@ -215,6 +239,7 @@ fn table(floor: Option<&Floor>) -> Element {
     let geometry = Element::new("geometry").holding(slab);
     Element::new("link")
         .with("name", TABLE)
+        .holding(contact(1.0, None))
         .holding(inertial(TABLE_MASS, &centre, &six(&tensor)))
         .holding(Element::new("visual").holding(place.clone()).holding(geometry.clone()))
         .holding(Element::new("collision").holding(place).holding(geometry))

@@ -107,7 +107,7 @@ fn cuboid(centre: Point3<f64>, extent: Vector3<f64>) -> Solid {
 }
 
 /// The convex hull of a mesh's vertices, or nothing where they lie in a plane.
-pub(super) fn hull(mesh: &Mesh) -> Option<Mesh> {
+fn hull(mesh: &Mesh) -> Option<Mesh> {
     let points: Vec<_> = mesh.vertices.iter().map(|p| p.coords.into()).collect();
     let (vertices, triangles) = try_convex_hull(&points).ok()?;
     Some(Mesh {
@@ -115,6 +115,11 @@ pub(super) fn hull(mesh: &Mesh) -> Option<Mesh> {
         triangles,
         ..Mesh::default()
     })
+}
+
+/// Whether the hull of a mesh holds more than a hundredth of a cubic millimetre.
+pub(super) fn has_volume(mesh: &Mesh) -> bool {
+    hull(mesh).and_then(|h| integrate(&h)).is_some_and(|s| s.volume > 1e-11)
 }
 
 /// A box of these full edges about the origin.

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, Unit, Vector3};
 
 use super::ExportNote;
-use super::inertial::{DEFAULT_DENSITY, DEFAULT_MASS, DEFAULT_RADIUS, inertial_of};
+use super::inertial::{DEFAULT_DENSITY, DEFAULT_MASS, DEFAULT_RADIUS, has_volume, inertial_of};
 use super::names::{Names, sanitised};
 use super::scene::{Attachment, Floor, Motion, Part, Scene, Tree};
 use super::surface::{DEFAULT_FRICTION, surface_of};
@@ -110,6 +110,7 @@ fn part_of(model: &Model, link: &Link, joint: Option<&Joint>, tree: &Tree, names
         inertia: inertial.inertia,
         assumed: inertial.assumed,
         visual: mesh.and(link.mesh.clone()),
+        flat: mesh.is_some_and(|m| !has_volume(m)),
         hulls: solid_paths(model, link),
         color: mean_color(mesh),
         surface: surface_of(link, inertial.mass, gravity),
@@ -117,9 +118,10 @@ fn part_of(model: &Model, link: &Link, joint: Option<&Joint>, tree: &Tree, names
     }
 }
 
-/// The convex parts; a mesh without any stands for itself, and simulators take its hull.
+/// The convex parts; a mesh without any stands for itself, and simulators take its hull. What is flat is left
+/// out: no simulator can use it, and some refuse the whole file.
 fn solid_paths(model: &Model, link: &Link) -> Vec<String> {
-    let known = |path: &&String| model.meshes.contains_key(*path);
+    let known = |path: &&String| model.meshes.get(*path).is_some_and(has_volume);
     if link.collision.is_empty() {
         return link.mesh.iter().filter(known).cloned().collect();
     }
@@ -293,11 +295,7 @@ fn note_defaults(scene: &mut Scene) {
             notes.push(ExportNote::new("all", &part.link, words));
         }
         if part.is_bare() {
-            notes.push(ExportNote::new(
-                "all",
-                &part.link,
-                "no shape was seen: inertial only, it touches nothing",
-            ));
+            notes.push(ExportNote::new("all", &part.link, "no solid shape: it touches nothing"));
         }
     }
     scene.notes.extend(notes);

@@ -56,6 +56,8 @@ pub(super) struct Part {
     pub(super) inertia: Matrix3<f64>,
     pub(super) assumed: Vec<&'static str>,
     pub(super) visual: Option<String>,
+    /// The visual mesh lies in a plane.
+    pub(super) flat: bool,
     pub(super) hulls: Vec<String>,
     /// Mean sRGB colour, 0 to 1.
     pub(super) color: [f64; 3],

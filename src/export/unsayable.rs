@@ -10,6 +10,10 @@ pub(super) fn unsayable(scene: &Scene, model: &Model) -> Vec<ExportNote> {
     for (id, part) in scene.parts() {
         let about = part.link.as_str();
         notes.extend(of_surface(part, about));
+        if part.flat {
+            let words = "the mesh is flat: left out, since MuJoCo refuses a URDF that holds one";
+            notes.push(ExportNote::new("urdf", about, words));
+        }
         if let Some(hold) = &part.attachment {
             notes.extend(of_joint(hold));
         }

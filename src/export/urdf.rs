@@ -86,7 +86,7 @@ fn link(part: &Part, meshes: &str) -> Element {
         let mesh = Element::new("mesh").with("filename", format!("{meshes}{path}"));
         Element::new("geometry").holding(mesh)
     };
-    if let Some(path) = &part.visual {
+    if let Some(path) = part.visual.as_ref().filter(|_| !part.flat) {
         let [r, g, b] = part.color;
         let color = Element::new("color").with("rgba", numbers(&[r, g, b, 1.0]));
         let material = Element::new("material")

@@ -11,6 +11,7 @@ mod relation;
 mod sanity;
 mod score;
 mod score_rows;
+mod score_table;
 mod truth;
 
 pub use body::{Body, Friction, FrictionForce, Link, Superquadric, SymmetryPlane};

@@ -65,7 +65,7 @@ def expectations(folder):
                 tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
                 want["inertia"] = rotation @ tensor @ rotation.T
             want["root"], want["pose"] = link is in_tree_order(body)[0], link["pose"]
-            want["bare"] = all("mesh" not in l for l in body["links"])
+            want["bare"] = not any(l.get("collision") for l in body["links"])
             out[clean(link["name"], taken)] = want
     return twin, out
 

@@ -2,11 +2,21 @@
 //!
 //! A capture knows no belief: nothing here imports the twin.
 
+mod check;
+mod document;
+mod folder;
+mod frames;
+mod images;
+mod json;
 mod model;
 mod phases;
 mod read;
+mod streams;
+mod table;
 mod write;
 
+pub use frames::read_frame;
+pub use json::capture_schema;
 pub use model::{
     BodyPrior, Camera, Capture, ColorImage, DepthImage, FORMAT, Frames, Interaction, Kind, LabelImage, MeshFile, Noise,
     PoseStream, Support, SupportFriction, Tool, ToolShape, VectorStream, View, WrenchStream,

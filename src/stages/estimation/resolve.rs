@@ -162,7 +162,9 @@ fn write_sliding(link: &mut Link, sliding: &Sliding, guessed_weight: bool, weigh
 /// along the support's normal it says nothing. Uneven pressure would move it, hence the floor of 3 % of the spread.
 fn write_friction_centre(link: &mut Link, sliding: &Sliding, spread: &Vector3<f64>, normal: &Vector3<f64>) {
     let (value, sd) = sliding.centre;
-    let pinned = (0..3).filter(|&k| normal[k].abs() < 0.5).all(|k| sd[k] < 0.5 * spread[k]);
+    let pinned = (0..3)
+        .filter(|&k| normal[k].abs() < 0.5)
+        .all(|k| sd[k] < 0.5 * spread[k]);
     if pinned {
         let sd = [0, 1, 2].map(|k| sd[k].hypot(0.1 * spread[k]));
         let from = sliding.kinetic.from.clone();

@@ -20,6 +20,8 @@ pub(super) struct Sliding {
     pub lift: f64,
     /// Friction centre in the link frame with standard deviations, m.
     pub centre: ([f64; 3], [f64; 3]),
+    /// No pose between before and after was seen in any of the pushes.
+    pub bridged: bool,
 }
 
 /// Friction force, torsional radius and friction centre from the pushes of a link that moved alone.
@@ -83,6 +85,7 @@ pub(super) fn sliding_from(
         radius: Estimate::measured(surface.radius.0, surface.radius.1, "m", from, "push-limit-surface"),
         lift: crate::math::median(&lifts)?,
         centre: (surface.centre, surface.centre_sd),
+        bridged,
         kinetic,
     })
 }
@@ -92,7 +95,7 @@ pub(super) fn sliding_from(
 fn without_slope(pushes: &[Push], surface: &Surface, config: &Config) -> (Vec<(f64, f64)>, Option<Vector3<f64>>) {
     let trials = surface.forces.clone();
     let used: Vec<usize> = (0..trials.len()).filter(|&i| trials[i].0.is_finite()).collect();
-    if used.len() < 4 {
+    if used.len() < 4 || pushes.iter().any(|p| p.bridged) {
         return (trials, None);
     }
     let middle = crate::math::median(&trials.iter().map(|t| t.0).collect::<Vec<_>>()).unwrap_or(1.0);

@@ -107,7 +107,7 @@ pub(super) fn read_push(
     };
     let tare = tare_of(interaction, segmented);
     let noise = if bridged {
-        2e-4
+        0.0
     } else {
         segmented.position_noise.unwrap_or(3e-4)
     };

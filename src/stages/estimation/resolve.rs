@@ -165,7 +165,8 @@ fn write_friction_centre(link: &mut Link, sliding: &Sliding, spread: &Vector3<f6
     let pinned = (0..3)
         .filter(|&k| normal[k].abs() < 0.5)
         .all(|k| sd[k] < 0.5 * spread[k]);
-    if pinned {
+    // From poses before and after alone the centre comes out some millimetres off: too little to call it measured.
+    if pinned && !sliding.bridged {
         let sd = [0, 1, 2].map(|k| sd[k].hypot(0.1 * spread[k]));
         let from = sliding.kinetic.from.clone();
         let method = "push-limit-surface; the direction along gravity from the shape";

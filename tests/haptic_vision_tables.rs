@@ -2,6 +2,13 @@
 //! recomputed from their printed inputs by the paper's own equations. What does not follow is listed with its
 //! factor; no equation is bent to make it fit (`docs/haptic-vision-tables.md`).
 
+#![allow(
+    clippy::disallowed_macros,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test speaks and fails aloud"
+)]
+
 const G: f64 = 9.80665;
 
 /// One printed output beside what its inputs give.

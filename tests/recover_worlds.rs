@@ -2,6 +2,13 @@
 //!
 //! Needs the recordings named by `PALPATE_DATA`; without them every test says that it is skipped.
 
+#![allow(
+    clippy::disallowed_macros,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test speaks and fails aloud"
+)]
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -13,13 +20,11 @@ use palpate::stages::{estimation, interaction};
 use palpate::twin::{Body, Joint, JointKind, Link, Model, Provenance, Twin};
 
 fn data(name: &str) -> Option<PathBuf> {
-    match std::env::var_os("PALPATE_DATA") {
-        Some(root) => Some(PathBuf::from(root).join(name)),
-        None => {
-            println!("skipped: PALPATE_DATA is not set");
-            None
-        }
+    let root = std::env::var_os("PALPATE_DATA");
+    if root.is_none() {
+        println!("skipped: PALPATE_DATA is not set");
     }
+    root.map(|root| PathBuf::from(root).join(name))
 }
 
 fn box_mesh(half: [f64; 3]) -> Mesh {

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::facts::{Facts, Ground};
 use super::lift::centre_of_mass;
 use super::pool::{pooled, relative_sd};
+use super::press::body_share;
 use super::resolve::Before;
 use crate::base::{Estimate, Status};
 use crate::twin::Link;
@@ -12,15 +13,19 @@ use crate::twin::Link;
 /// Stiffness and damping from the presses of a link.
 pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
     let from: Vec<String> = facts.presses.iter().map(|p| p.interaction.clone()).collect();
-    let method = if facts.presses.iter().any(|p| p.frame_moved) {
+    let tracked = facts.presses.iter().any(|p| p.share.is_some());
+    let method = if tracked {
         "press, frame tracked"
     } else {
         "press, tool travel"
     };
-    let stiffness: Vec<(f64, f64)> = facts.presses.iter().map(|p| p.stiffness).collect();
-    link.stiffness = pooled(&stiffness, 0.01, 0.0, "N/m", from.clone(), method);
-    let damping: Vec<(f64, f64)> = facts.presses.iter().filter_map(|p| p.damping).collect();
-    link.damping = pooled(&damping, 0.05, 0.0, "N·s/m", from, method);
+    let (share, share_sd) = body_share(&facts.presses);
+    let divided = |trials: Vec<(f64, f64)>| trials.iter().map(|(k, sd)| (k / share, sd / share)).collect::<Vec<_>>();
+    let stiffness = divided(facts.presses.iter().map(|p| p.seen).collect());
+    let middle = crate::math::median(&stiffness.iter().map(|k| k.0).collect::<Vec<_>>()).unwrap_or(0.0);
+    link.stiffness = pooled(&stiffness, 0.01, middle * share_sd / share, "N/m", from.clone(), method);
+    let damping = divided(facts.presses.iter().filter_map(|p| p.damping).collect());
+    link.damping = pooled(&damping, 0.1, 0.0, "N·s/m", from, method);
 }
 
 /// Centre of mass: from the moments of a lift, else the centroid of the shape.

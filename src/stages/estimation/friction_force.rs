@@ -56,7 +56,12 @@ pub(super) fn sliding_from(
     } else {
         config.model_form
     };
-    let common = surface.radius_effect.hypot(form * middle);
+    // Jerking hides part of the friction in a way that the median mends only partly.
+    let chatter = pushes.iter().map(|p| p.chatter).sum::<f64>() / pushes.len() as f64;
+    let common = surface
+        .radius_effect
+        .hypot(form * middle)
+        .hypot(0.25 * chatter * middle);
     let kinetic = pooled(
         &trials,
         config.friction_scatter,

@@ -5,12 +5,13 @@ use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
 use super::Config;
 use super::evidence::{mean_wrench, motion_at, tare_of, tool_at};
 use super::facts::{Ground, subject};
-use super::pool::{pooled, relative_sd};
+use super::pool::relative_sd;
+use super::push::steadiness;
 use super::resolve::STAGE;
 use super::solid::solid_of;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{Capture, Interaction, PhaseKind, PoseStream, Segmented};
-use crate::math::{LinearFit, effective_samples, robust_linear};
+use crate::math::{LinearFit, effective_samples, quantile, robust_linear};
 use crate::twin::{Joint, JointKind, Link, Model};
 
 /// Load and motion along the freedom of a joint, averaged over a block.
@@ -26,12 +27,12 @@ struct Load {
     acceleration: f64,
 }
 
-/// What one interaction says of a joint.
+/// The blocks of one interaction, loads rid of inertia and weight where those are known.
 struct Trial {
     interaction: String,
-    friction: (f64, f64),
-    damping: Option<(f64, f64)>,
-    spring: Option<(f64, f64)>,
+    loads: Vec<Load>,
+    /// Relative standard deviation of the force's jerking.
+    chatter: f64,
 }
 
 /// Friction that the child feels from the table, along the freedom of the joint.
@@ -88,43 +89,143 @@ fn conclude(trials: &[Trial], drag: Option<Drag>, joint: &Joint, notices: &mut N
     } else {
         ["N", "N·s/m", "N/m"]
     };
-    let frictions: Vec<(f64, f64)> = trials.iter().map(|t| t.friction).collect();
-    let mut friction = pooled(&frictions, 0.03, 0.0, units[0], from.clone(), "joint-load");
-    if let (Some(f), Some(drag)) = (&mut friction, drag) {
-        let known = format!(
-            "friction({}) + table friction of {} = {:.4} {}",
-            joint.name, joint.child, f.value, units[0]
-        );
-        notices.warn(
+    let Some(law) = law_of(trials, revolute) else {
+        return (None, None, None);
+    };
+    let estimate =
+        |(value, sd): (f64, f64), unit: &str| Estimate::measured(value, sd, unit, from.clone(), "joint-load");
+    let mut friction = estimate(law.friction, units[0]);
+    if let Some(speed) = law.one_speed {
+        let low = 0.3 * law.friction.0;
+        let [_, high] = friction.ci95.unwrap_or([low, law.friction.0]);
+        friction = friction.with_interval([low, high]);
+        friction.status = Status::Assumed;
+        friction.confounded = Some(Confounded {
+            with: vec!["damping".into()],
+            known: format!("friction + {speed:.3} damping = {:.4} {}", law.friction.0, units[0]),
+            experiment: "move the joint at half and at twice the speed".into(),
+        });
+    }
+    match drag {
+        Some(drag) if drag.value < law.friction.0 => {
+            friction = less_drag(&friction, &drag, joint, units[0], notices);
+        }
+        Some(_) => notices.note(
             STAGE,
             &joint.name,
-            format!("the child slides on the support while it moves: only {known} is measured"),
-        );
-        let sd = (relative_sd(f) * f.value).hypot(drag.sd);
-        let value = (f.value - drag.value).max(0.0);
-        let low = (value - 1.96 * sd).max(0.0);
-        let mut parted = Estimate::measured(
-            value,
-            sd,
-            units[0],
-            from.clone(),
-            "joint-load less table friction by volume",
-        )
-        .with_interval([low, (value + 1.96 * sd).min(f.value)]);
-        parted.status = Status::Assumed;
-        parted.confounded = Some(Confounded {
-            with: vec![format!("friction_force.kinetic({})", joint.child)],
-            known,
-            experiment: "move the joint with the child off the support, or weigh the child".into(),
-        });
-        *f = parted;
+            "the load is less than the child's friction on the support would be: it is taken to hang free of it",
+        ),
+        None => {}
     }
-    let some = |pick: fn(&Trial) -> Option<(f64, f64)>| trials.iter().filter_map(pick).collect::<Vec<_>>();
     (
-        friction,
-        pooled(&some(|t| t.damping), 0.05, 0.0, units[1], from.clone(), "joint-load"),
-        pooled(&some(|t| t.spring), 0.05, 0.0, units[2], from, "joint-load"),
+        Some(friction),
+        law.damping.map(|d| estimate(d, units[1])),
+        law.spring.map(|s| estimate(s, units[2])),
     )
+}
+
+/// The joint's own friction where the child also drags over the support: the difference, and only assumed.
+fn less_drag(total: &Estimate, drag: &Drag, joint: &Joint, unit: &str, notices: &mut Notices) -> Estimate {
+    let known = format!(
+        "friction({}) + table friction of {} = {:.4} {unit}",
+        joint.name, joint.child, total.value
+    );
+    notices.warn(
+        STAGE,
+        &joint.name,
+        format!("the child may slide on the support while it moves: only {known} is measured"),
+    );
+    let sd = (relative_sd(total) * total.value).hypot(drag.sd);
+    let value = (total.value - drag.value).max(0.0);
+    let method = "joint-load less table friction by volume";
+    // Whether it drags at all, the shapes tell to a few millimetres only: all of the load may be the joint's.
+    let mut parted = Estimate::measured(value, sd, unit, total.from.clone(), method)
+        .with_interval([(value - 1.96 * sd).max(0.0), total.value * 1.1]);
+    parted.status = Status::Assumed;
+    parted.confounded = Some(Confounded {
+        with: vec![format!("friction_force.kinetic({})", joint.child)],
+        known,
+        experiment: "move the joint with the child off the support, or weigh the child".into(),
+    });
+    parted
+}
+
+/// `load = friction sign(speed) + damping speed + spring (position - rest)` with what the motion excites.
+struct Law {
+    friction: (f64, f64),
+    damping: Option<(f64, f64)>,
+    spring: Option<(f64, f64)>,
+    /// The speed, where there was but one.
+    one_speed: Option<f64>,
+}
+
+fn fit_law(trials: &[&Trial], damping: bool, spring: bool) -> Option<LinearFit> {
+    let loads: Vec<Load> = trials.iter().flat_map(|t| t.loads.iter().copied()).collect();
+    let columns = 1 + usize::from(damping) + usize::from(spring);
+    let a = DMatrix::from_fn(loads.len(), columns, |i, j| match (j, damping) {
+        (0, _) => loads[i].speed.signum(),
+        (1, true) => loads[i].speed,
+        _ => loads[i].position,
+    });
+    let b = DVector::from_iterator(loads.len(), loads.iter().map(|l| l.load));
+    let mut fit = robust_linear(&a, &b)?;
+    let memory = loads.len() as f64 / effective_samples(fit.residuals.as_slice());
+    fit.covariance *= memory.max(1.0);
+    Some(fit)
+}
+
+/// Standard deviation of component `k` by leaving out one trial at a time; blocks of one trial share its errors.
+fn jackknife(trials: &[Trial], whole: &LinearFit, k: usize, damping: bool, spring: bool) -> f64 {
+    let n = trials.len() as f64;
+    let spread: f64 = (0..trials.len())
+        .filter_map(|out| {
+            let rest: Vec<&Trial> = (0..trials.len()).filter(|i| *i != out).map(|i| &trials[i]).collect();
+            let fit = fit_law(&rest, damping, spring)?;
+            Some((fit.x[k] - whole.x[k]).powi(2))
+        })
+        .sum();
+    let scatter = ((n - 1.0) / n * spread).sqrt();
+    // One trial shows no scatter: 3 % stands in for it.
+    whole
+        .sd(k)
+        .hypot(scatter)
+        .hypot(0.03 / n.sqrt() * whole.x[0].abs() / if k == 0 { 1.0 } else { f64::INFINITY })
+}
+
+fn law_of(trials: &[Trial], revolute: bool) -> Option<Law> {
+    let all: Vec<&Trial> = trials.iter().collect();
+    let loads = || trials.iter().flat_map(|t| t.loads.iter());
+    let range = |pick: fn(&Load) -> f64| {
+        loads()
+            .map(pick)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+    };
+    // Noise in the velocities is no variety: the bulk of the blocks must differ.
+    let speeds: Vec<f64> = loads().map(|l| l.speed.abs()).collect();
+    let (slow, fast) = (quantile(&speeds, 0.1)?, quantile(&speeds, 0.9)?);
+    let (start, end) = range(|l| l.position);
+    let clear = |damping: bool, spring: bool, k: usize| {
+        fit_law(&all, damping, spring).is_some_and(|f| f.x[k] > 4.0 * jackknife(trials, &f, k, damping, spring))
+    };
+    let varied = fast > 1.6 * slow;
+    let damping = varied && clear(true, false, 1);
+    let spring = end - start > if revolute { 0.3 } else { 0.05 } && clear(damping, true, 1 + usize::from(damping));
+    let fit = fit_law(&all, damping, spring)?;
+    let read = |k: usize| (fit.x[k], jackknife(trials, &fit, k, damping, spring));
+    let mut friction = read(0);
+    if varied && !damping {
+        // Damping may hide below what was seen: its doubt is that of friction too.
+        let both = fit_law(&all, true, false)?;
+        friction.1 = friction.1.hypot(both.sd(0)).hypot(0.5 * (both.x[0] - friction.0));
+    }
+    let chatter = trials.iter().map(|t| t.chatter).sum::<f64>() / trials.len() as f64;
+    friction.1 = friction.1.hypot(0.25 * chatter * friction.0);
+    (friction.0 > 0.0).then(|| Law {
+        friction,
+        damping: damping.then(|| read(1)),
+        spring: spring.then(|| read(1 + usize::from(damping))),
+        one_speed: (!varied).then_some(0.5 * (slow + fast)),
+    })
 }
 
 /// World-from-link at the first view, and a link's pose stream, where there are any.
@@ -145,6 +246,7 @@ fn loads(
     cut: &Segmented,
     joint: &Joint,
     model: &Model,
+    ground: &Ground,
     config: &Config,
 ) -> Option<Vec<Load>> {
     let stream = interaction.force.as_ref()?;
@@ -188,15 +290,24 @@ fn loads(
                     acceleration: c.acceleration.dot(&axis),
                 }
             };
-            out.push(load);
+            let (plateau, _) = steadiness(
+                interaction,
+                cut,
+                &ground.plane,
+                t - 0.5 * config.block,
+                t + 0.5 * config.block,
+            );
+            out.push(Load {
+                load: plateau * load.load,
+                ..load
+            });
         }
         t += config.block;
     }
     (out.len() >= 4).then_some(out)
 }
 
-/// Fits `load = friction sign(speed) + damping speed + spring (position - rest)` with only the terms that the
-/// motion excites and the data demand.
+/// The blocks of one interaction that moved the joint; `None` where it did not.
 fn trial_of(
     interaction: &Interaction,
     cut: &Segmented,
@@ -209,7 +320,7 @@ fn trial_of(
     if about != joint.child {
         return None;
     }
-    let mut loads = loads(interaction, cut, joint, model, config)?;
+    let mut loads = loads(interaction, cut, joint, model, ground, config)?;
     let fastest = loads.iter().map(|l| l.speed.abs()).fold(0.0, f64::max);
     let least = if joint.kind == JointKind::Revolute { 0.02 } else { 2e-3 };
     loads.retain(|l| l.speed.abs() > (0.2 * fastest).max(least));
@@ -224,48 +335,23 @@ fn trial_of(
         .and_then(|(_, l)| l.mass.as_ref());
     let mass = mass.filter(|m| m.status != Status::Assumed).map_or(0.0, |m| m.value);
     let weight = mass * ground.gravity.dot(&Vector3::from(joint.axis.value));
-    let slope = if joint.kind == JointKind::Prismatic {
-        weight
-    } else {
-        0.0
-    };
-    let range = |pick: fn(&Load) -> f64| {
-        let (lo, hi) = loads
-            .iter()
-            .map(pick)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        (lo, hi)
-    };
-    let (slow, fast) = range(|l| l.speed.abs());
-    let (start, end) = range(|l| l.position);
-    let far = if joint.kind == JointKind::Revolute { 0.3 } else { 0.05 };
-    let fit = |damping: bool, spring: bool| -> Option<(LinearFit, f64)> {
-        let columns = 1 + usize::from(damping) + usize::from(spring);
-        let a = DMatrix::from_fn(loads.len(), columns, |i, j| match (j, damping) {
-            (0, _) => loads[i].speed.signum(),
-            (1, true) => loads[i].speed,
-            _ => loads[i].position,
-        });
-        let b = DVector::from_iterator(
-            loads.len(),
-            loads.iter().map(|l| l.load + slope - mass * l.acceleration),
-        );
-        let fit = robust_linear(&a, &b)?;
-        let memory = (loads.len() as f64 / effective_samples(fit.residuals.as_slice()))
-            .max(1.0)
-            .sqrt();
-        Some((fit, memory))
-    };
-    let clear = |f: &(LinearFit, f64), i: usize| f.0.x[i] > 4.0 * f.0.sd(i) * f.1;
-    let damping = fast > 1.8 * slow && fit(true, false).is_some_and(|f| clear(&f, 1));
-    let spring = end - start > far && fit(damping, true).is_some_and(|f| clear(&f, 1 + usize::from(damping)));
-    let (fit, memory) = fit(damping, spring)?;
-    let read = |i: usize| (fit.x[i], (fit.sd(i) * memory).hypot(0.01 * fit.x[i].abs()));
+    if joint.kind == JointKind::Prismatic {
+        for load in &mut loads {
+            load.load += weight - mass * load.acceleration;
+        }
+    }
+    let slide = cut.of(PhaseKind::Slide).next()?;
+    let (_, chatter) = steadiness(
+        interaction,
+        cut,
+        &ground.plane,
+        slide.start + config.settling,
+        slide.end,
+    );
     Some(Trial {
         interaction: interaction.name.clone(),
-        friction: read(0),
-        damping: damping.then(|| read(1)),
-        spring: spring.then(|| read(1 + usize::from(damping))),
+        loads,
+        chatter: chatter.min(0.5),
     })
 }
 

@@ -146,14 +146,13 @@ fn moments(
     let mut t = stretch.start + 0.1;
     while t + 0.1 <= stretch.end {
         let wrench = mean_wrench(stream, t - 0.1, t + 0.1, tare);
-        if let (Some(w), Some(p), Some(state)) = (wrench, tool_at(tool, t), motion_at(track, t, 0.1)) {
-            if let Some(torque) = w.torque {
-                let sd = noise / (w.rows as f64).sqrt() + 2e-4 * mass * gravity.norm() * 0.1;
-                let cross: Matrix3<f64> = (mass * gravity).cross_matrix();
-                let a = cross * state.pose.rotation.to_rotation_matrix().into_inner();
-                let b = torque - cross * (state.pose.translation.vector - p.coords);
-                rows.extend((0..3).map(|k| (a.row(k).transpose() / sd, b[k] / sd)));
-            }
+        let torque = wrench.and_then(|w| Some((w.torque?, w.rows)));
+        if let (Some((torque, count)), Some(p), Some(state)) = (torque, tool_at(tool, t), motion_at(track, t, 0.1)) {
+            let sd = noise / (count as f64).sqrt() + 2e-4 * mass * gravity.norm() * 0.1;
+            let cross: Matrix3<f64> = (mass * gravity).cross_matrix();
+            let a = cross * state.pose.rotation.to_rotation_matrix().into_inner();
+            let b = torque - cross * (state.pose.translation.vector - p.coords);
+            rows.extend((0..3).map(|k| (a.row(k).transpose() / sd, b[k] / sd)));
         }
         t += 0.2;
     }

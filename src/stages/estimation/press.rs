@@ -11,16 +11,19 @@ use super::evidence::{tare_of, tool_at};
 use crate::capture::{Interaction, PhaseKind, Segmented};
 use crate::math::{LinearFit, effective_samples, interpolate, median, robust_linear};
 
+/// By how much force and position may be out of step, s.
+const LAG: f64 = 4e-3;
+
 /// Stiffness and damping from one press.
 #[derive(Clone, Debug)]
 pub(super) struct Press {
     pub interaction: String,
-    /// N/m.
-    pub stiffness: (f64, f64),
-    /// N·s/m, where it stands out.
+    /// As the tool sees it, tip and body in series, N/m.
+    pub seen: (f64, f64),
+    /// N·s/m as the tool sees it, where it stands out.
     pub damping: Option<(f64, f64)>,
-    /// The body's frame moved along with the tool.
-    pub frame_moved: bool,
+    /// Share of the tool's travel by which the body's frame moved, where it moved.
+    pub share: Option<(f64, f64)>,
 }
 
 /// Rows while the tool is in contact: time, normal force, tool travel and its speed.
@@ -126,49 +129,59 @@ pub(super) fn press_of(
     }
     let least = (0.1 * largest).max(4.0 * noise);
     let (fit, memory) = regress(&rows, true, least)?;
-    let clear = fit.x[2] > 3.0 * fit.sd(2) * memory;
+    // A lag between force and position of a few milliseconds looks like damping of `k` times that lag.
+    let damping_sd = (fit.sd(2) * memory).hypot(LAG * fit.x[1]);
+    let clear = fit.x[2] > 3.0 * damping_sd;
     let (fit, memory) = if clear {
         (fit, memory)
     } else {
         regress(&rows, false, least)?
     };
     let seen = (fit.x[1], fit.sd(1) * memory);
-    if !(seen.0 > 3.0 * seen.1) {
+    if seen.0.is_nan() || seen.0 <= 3.0 * seen.1 {
         return None;
     }
     let moved = share_of_frame(interaction, target, &direction, &rows).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
-    let (share, share_sd) = match moved {
-        Some(share) => most_of_the_travel(share),
-        None => (1.0, 0.0),
-    };
-    let relative = ((seen.1 / seen.0).powi(2) + (share_sd / share).powi(2) + 0.003_f64.powi(2)).sqrt();
-    let stiffness = seen.0 / share;
     Some(Press {
         interaction: interaction.name.clone(),
-        stiffness: (stiffness, stiffness * relative),
-        damping: clear.then(|| (fit.x[2] / share, fit.sd(2) * memory / share)),
-        frame_moved: moved.is_some(),
+        seen: (seen.0, seen.1.hypot(0.003 * seen.0)),
+        damping: clear.then(|| (fit.x[2], damping_sd)),
+        share: moved,
     })
 }
 
-/// The share of the tool's travel that is the body's: as measured, but it cannot exceed one, and tool tips are
-/// made stiff: prior 1 minus a half-normal of 3 %. Mean and sd of the product with the measurement, on a grid.
-fn most_of_the_travel(measured: (f64, f64)) -> (f64, f64) {
+/// Stiffness of a tool tip that nobody stated, N/m, as the decimal logarithm with its standard deviation: from soft
+/// pads to bare metal (about 5e4, give or take a factor of three).
+const TIP: (f64, f64) = (4.7, 0.5);
+
+/// The share of the tool's travel that is the body's, from all presses of one spot: body and tip in series give
+/// `r = 1 - k_seen / k_tip`. Posterior mean and standard deviation over the stiffness of the tip; with no frame that
+/// moved, the compression is the tool's travel and the tip's part stays in it.
+pub(super) fn body_share(presses: &[Press]) -> (f64, f64) {
+    let seen = crate::math::median(&presses.iter().map(|p| p.seen.0).collect::<Vec<_>>()).unwrap_or(0.0);
+    let measured: Vec<(f64, f64)> = presses.iter().filter_map(|p| p.share).collect();
+    if measured.is_empty() {
+        return (1.0, 0.0);
+    }
     let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
-    for i in 0..=700 {
-        let r = 1.0 - 1e-3 * i as f64;
-        let z = (r - measured.0) / measured.1.max(1e-3);
-        // Heavy tail on the prior, so that a soft tip that is really seen prevails.
-        let prior = 1.0 / (1.0 + ((1.0 - r) / 0.03).powi(2));
-        let weight = prior * (-0.5 * z * z).exp();
+    for i in 0..=600 {
+        let log = TIP.0 + TIP.1 * (i as f64 / 100.0 - 3.0);
+        let r = 1.0 - seen / 10.0_f64.powf(log);
+        let misfit: f64 = measured.iter().map(|(m, sd)| ((r - m) / sd.max(2e-3)).powi(2)).sum();
+        let weight = (-0.5 * (misfit + ((log - TIP.0) / TIP.1).powi(2))).exp();
         total += weight;
         first += weight * r;
         second += weight * r * r;
     }
-    if total <= 0.0 {
-        return (measured.0.min(1.0), measured.1);
-    }
     let mean = first / total;
+    if total <= 1e-12 || mean < 0.2 {
+        let direct = crate::math::random_effects(
+            &measured.iter().map(|m| m.0).collect::<Vec<_>>(),
+            &measured.iter().map(|m| m.1).collect::<Vec<_>>(),
+            0.02,
+        );
+        return direct.map_or((1.0, 0.05), |d| (d.mean.min(1.0), d.sd));
+    }
     (mean, (second / total - mean * mean).max(0.0).sqrt())
 }
 

@@ -41,6 +41,8 @@ pub(super) struct Push {
     pub direction: Vector3<f64>,
     /// The pose between was not seen, only before and after.
     pub bridged: bool,
+    /// Standard deviation of the jerking relative to the force.
+    pub chatter: f64,
     /// Force at which it broke away, N, with its standard deviation, where it stuck first.
     pub breakaway: Option<(f64, f64)>,
 }
@@ -125,10 +127,24 @@ pub(super) fn read_push(
                 None => arm.coords.cross(&w.force),
             };
             let axes = m.pose.rotation.to_rotation_matrix().into_inner();
+            // Where the body jerks, the force dips while it sticks and is `mu N` while it slides: the median of a
+            // block lies nearer to the friction force than its mean.
+            let plateau = if bridged {
+                1.0
+            } else {
+                steadiness(
+                    interaction,
+                    segmented,
+                    plane,
+                    t - 0.5 * config.block,
+                    t + 0.5 * config.block,
+                )
+                .0
+            };
             blocks.push(Block {
-                force: plane.flat(&w.force),
+                force: plateau * plane.flat(&w.force),
                 lift: w.force.dot(&plane.normal),
-                moment: moment.dot(&plane.normal),
+                moment: plateau * moment.dot(&plane.normal),
                 velocity: plane.flat(&m.velocity),
                 spin: m.spin.dot(&plane.normal),
                 acceleration: if bridged {
@@ -142,14 +158,61 @@ pub(super) fn read_push(
         }
         t += config.block;
     }
+    let chatter = if bridged {
+        0.0
+    } else {
+        steadiness(interaction, segmented, plane, start, end).1
+    };
     let path: Vector2<f64> = blocks.iter().map(|b| b.velocity).sum();
     (blocks.len() >= 2 && path.norm() > 0.0).then(|| Push {
         interaction: interaction.name.clone(),
         direction: (plane.x * path.x + plane.y * path.y).normalize(),
         blocks,
         bridged,
+        chatter,
         breakaway: breakaway(interaction, segmented, plane, track),
     })
+}
+
+/// Span over which force is averaged before jerking is looked for, s.
+const JERK: f64 = 0.02;
+
+/// Median over mean, and relative scatter beyond the sensor's noise, of the horizontal force between two times.
+pub(super) fn steadiness(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    plane: &Plane,
+    start: f64,
+    end: f64,
+) -> (f64, f64) {
+    let Some(stream) = &interaction.force else {
+        return (1.0, 0.0);
+    };
+    let tare = tare_of(interaction, segmented).force;
+    let rows: Vec<f64> = (0..stream.time.len())
+        .filter(|&i| stream.time[i] >= start && stream.time[i] <= end)
+        .map(|i| plane.flat(&(stream.force[i] - tare)).norm())
+        .filter(|f| f.is_finite())
+        .collect();
+    // Faster jerking than this is the contact's own ringing: its mean is right by the balance of momentum.
+    let width = ((JERK * rows.len() as f64 / (end - start).max(1e-9)).round() as usize).max(1);
+    if rows.len() < 2 * width || rows.len() < 20 {
+        return (1.0, 0.0);
+    }
+    let smooth: Vec<f64> = rows
+        .windows(width)
+        .map(|w| w.iter().sum::<f64>() / width as f64)
+        .collect();
+    let mean = smooth.iter().sum::<f64>() / smooth.len() as f64;
+    let variance = smooth.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / smooth.len() as f64;
+    let noise = segmented.force_noise.unwrap_or(0.0);
+    match crate::math::median(&smooth) {
+        Some(median) if mean > 0.0 => {
+            let excess = (variance - 1.2 * noise * noise / width as f64).max(0.0);
+            (median / mean, excess.sqrt() / mean)
+        }
+        _ => (1.0, 0.0),
+    }
 }
 
 /// Largest horizontal force in the first moments of sliding, where the body stuck long enough before for the
@@ -180,8 +243,15 @@ fn breakaway(
         }
         t += 0.25 * span;
     }
+    let (peak, noise) = best?;
+    // The body is caught up with at the tool's speed v: through a contact of stiffness k the force overshoots by
+    // up to v sqrt(k m), with k v the rate at which it rose and m at most peak / (0.1 g).
+    let tool = interaction.tool_path.as_ref()?;
+    let step = tool_at(tool, stick.end)? - tool_at(tool, stick.end - 0.1)?;
+    let rate = peak / (stick.end - stick.start);
+    let overshoot = (peak / 3.0 * rate * step.norm() / 0.1).sqrt();
     // The largest of several noisy means lies about one standard deviation too high.
-    best.map(|(force, sd)| (force - sd, sd + 0.02 * force))
+    (overshoot < 0.25 * peak).then(|| (peak - noise, noise + 0.02 * peak + 0.5 * overshoot))
 }
 
 /// The limit surface of one link, fitted to all of its pushes.

@@ -30,6 +30,11 @@ pub(super) fn share_out(
     }
 }
 
+fn links_of(twin: &Twin, names: &[String]) -> Vec<Link> {
+    let find = |n: &String| twin.links().find(|(_, l)| l.name == *n).map(|(_, l)| l.clone());
+    names.iter().filter_map(find).collect()
+}
+
 fn assumed_mass(link: &Link, befores: &BTreeMap<String, Before>, config: &Config) -> (f64, f64) {
     match &link.mass {
         Some(m) => (m.value, relative_sd(m).max(1e-4)),
@@ -54,10 +59,7 @@ fn share_weight(
 ) {
     let mut group = vec![name.to_string()];
     group.extend(weighing.along.iter().cloned());
-    let links: Vec<Link> = group
-        .iter()
-        .filter_map(|n| twin.links().find(|(_, l)| l.name == *n).map(|(_, l)| l.clone()))
-        .collect();
+    let links = links_of(twin, &group);
     let known: Vec<&Link> = links
         .iter()
         .filter(|l| l.mass.as_ref().is_some_and(|m| m.status != Status::Assumed))
@@ -147,10 +149,7 @@ fn share_friction(
         .collect();
     let mut group = vec![name.to_string()];
     group.extend(others.iter().cloned());
-    let links: Vec<Link> = group
-        .iter()
-        .filter_map(|n| twin.links().find(|(_, l)| l.name == *n).map(|(_, l)| l.clone()))
-        .collect();
+    let links = links_of(twin, &group);
     if links.len() != group.len() || links[0].friction_force.kinetic.is_some() {
         return;
     }

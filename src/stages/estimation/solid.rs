@@ -32,7 +32,7 @@ pub(super) fn solid_of(mesh: &Mesh) -> Option<Solid> {
         second += six / 120.0 * (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
     }
     let extent = high - low;
-    if !(volume > 1e-6 * extent.product().abs()) {
+    if volume.is_nan() || volume <= 1e-6 * extent.product().abs() {
         return None;
     }
     let centroid = first / volume;

@@ -4,7 +4,7 @@ use nalgebra::{DVector, Point3, Vector3};
 
 use super::Config;
 use crate::capture::{Interaction, Segmented};
-use crate::math::{Loss, Settings, effective_samples, interpolate, levenberg_marquardt, turned_displacement};
+use crate::math::{Fit, Loss, Settings, effective_samples, interpolate, levenberg_marquardt, turned_displacement};
 
 /// Friction coefficients from one tilt.
 #[derive(Clone, Debug)]
@@ -116,6 +116,10 @@ fn run_of(
             _ => false,
         };
         if tipped || d.norm() > config.tilt_distance || d.dot(&normals[0]).abs() > 0.02 {
+            // A knock before the support turns is over by the time that it does.
+            if turned.turn[i].angle() < 2e-3 {
+                continue;
+            }
             break;
         }
         if d.x.is_finite() {
@@ -140,53 +144,74 @@ pub(super) fn slide_of(
     if far < 8.0 * run.noise {
         return None;
     }
-    // Unknowns: mu_k, the excess of mu_s over it (squared, so that it is never negative), an offset.
-    let model = |x: &DVector<f64>| {
-        let path = slid(&run, x[0] + x[1] * x[1], x[0]);
-        DVector::from_iterator(
-            run.time.len(),
-            run.distance.iter().zip(path).map(|(d, s)| (d - s - x[2]) / run.noise),
-        )
-    };
-    let fit = starts(&run)
-        .into_iter()
-        .filter_map(|start| {
-            let settings = Settings {
-                loss: Loss::Huber(2.5),
-                ..Settings::default()
-            };
-            levenberg_marquardt(&start, &DVector::from_vec(vec![1e-5, 1e-4, 1e-6]), settings, model)
-        })
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    let n = fit.residuals.len() as f64;
-    let misfit = fit.residuals.norm_squared() / (n - 3.0).max(1.0);
-    let memory = n / effective_samples(fit.residuals.as_slice());
-    let inflate = (misfit.max(1.0) * memory).sqrt();
-    let (kinetic, root) = (fit.x[0], fit.x[1]);
-    let static_ = kinetic + root * root;
-    let gradient = [1.0, 2.0 * root];
-    let c = &fit.covariance;
-    let variance = c[(0, 0)] + 2.0 * gradient[1] * c[(0, 1)] + gradient[1] * gradient[1] * c[(1, 1)];
-    let angle = |mu: f64| config.angle_sd * (1.0 + mu * mu);
-    let sd = |variance: f64, mu: f64| {
-        (variance * inflate * inflate + angle(mu).powi(2) + (config.model_form * mu).powi(2)).sqrt()
+    let (static_, kinetic) = coefficients(&run)?;
+    let sd = |(mu, sd): (f64, f64)| {
+        let angle = config.angle_sd * (1.0 + mu * mu);
+        (mu, (sd * sd + angle.powi(2) + (config.model_form * mu).powi(2)).sqrt())
     };
     Some(Slide {
         interaction: interaction.name.clone(),
-        static_: (static_, sd(variance, static_)),
-        kinetic: (kinetic, sd(c[(0, 0)], kinetic)),
+        static_: sd(static_),
+        kinetic: sd(kinetic),
     })
 }
 
-/// Where to start: the angle at which the distance leaves its noise, and friction a little or much below.
-fn starts(run: &Run) -> Vec<DVector<f64>> {
+/// Kinetic friction and the offset of the distance for a given excess of static over kinetic friction.
+fn fit_at(run: &Run, excess: f64, start: &DVector<f64>) -> Option<Fit> {
+    let settings = Settings {
+        loss: Loss::Huber(2.5),
+        iterations: 30,
+        tolerance: 1e-6,
+    };
+    levenberg_marquardt(start, &DVector::from_vec(vec![1e-5, 1e-6]), settings, |x| {
+        let path = slid(run, x[0] + excess, x[0]);
+        let rows = run.distance.iter().zip(path).map(|(d, s)| (d - s - x[1]) / run.noise);
+        DVector::from_iterator(run.time.len(), rows)
+    })
+}
+
+/// Mean and standard deviation of the static and the kinetic coefficient. The excess of static over kinetic is
+/// never negative and, near zero, moves the slide only in second order: it is integrated out on a grid.
+fn coefficients(run: &Run) -> Option<((f64, f64), (f64, f64))> {
+    let slope = first_slope(run);
+    let grid: Vec<f64> = (0..24).map(|i| 0.4 * slope * (i as f64 / 23.0).powi(2)).collect();
+    let mut start = DVector::from_vec(vec![0.95 * slope, 0.0]);
+    let mut fits = Vec::new();
+    for excess in &grid {
+        if let Some(fit) = fit_at(run, *excess, &start) {
+            start.clone_from(&fit.x);
+            fits.push((*excess, fit));
+        }
+    }
+    let best = fits.iter().map(|(_, f)| f).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let n = best.residuals.len() as f64;
+    let misfit = (best.residuals.norm_squared() / (n - 3.0).max(1.0)).max(1.0);
+    // Residuals that remember their past count for fewer.
+    let inflate = misfit * n / effective_samples(best.residuals.as_slice());
+    let weight = |i: usize| {
+        let width = 0.5 * (fits[(i + 1).min(fits.len() - 1)].0 - fits[i.saturating_sub(1)].0);
+        width * (-(fits[i].1.cost - best.cost) / inflate).exp()
+    };
+    let moments = |pick: &dyn Fn(usize) -> f64, own: &dyn Fn(usize) -> f64| {
+        let total: f64 = (0..fits.len()).map(weight).sum();
+        let mean = (0..fits.len()).map(|i| weight(i) * pick(i)).sum::<f64>() / total;
+        let spread = (0..fits.len())
+            .map(|i| weight(i) * ((pick(i) - mean).powi(2) + own(i)))
+            .sum::<f64>()
+            / total;
+        (mean, spread.sqrt())
+    };
+    let own = |i: usize| fits[i].1.covariance[(0, 0)] * inflate;
+    let static_ = moments(&|i| fits[i].1.x[0] + fits[i].0, &own);
+    let kinetic = moments(&|i| fits[i].1.x[0], &own);
+    (static_.0.is_finite() && kinetic.0.is_finite()).then_some((static_, kinetic))
+}
+
+/// The slope at which the distance leaves its noise: a little above the static coefficient.
+fn first_slope(run: &Run) -> f64 {
     let onset = (0..run.time.len().saturating_sub(3))
         .find(|&i| run.distance[i..i + 3].iter().all(|d| *d > 5.0 * run.noise))
         .map_or(run.time[run.time.len() - 1], |i| run.time[i]);
     let (a, n) = run.drive.at(onset);
-    let slope = a / n.max(1e-9);
-    [(0.97, 0.01), (0.93, 0.05), (0.85, 0.1), (0.7, 0.25)]
-        .iter()
-        .map(|(share, excess)| DVector::from_vec(vec![share * slope, f64::sqrt(excess * slope), 0.0]))
-        .collect()
+    a / n.max(1e-9)
 }

@@ -1,21 +1,94 @@
 //! The verb of the physics pass.
 
+use std::collections::BTreeMap;
+
+use super::Config;
+use super::body::{fill_inertial, write_centre, write_presses};
+use super::facts::{Facts, Ground, gather, ground_of};
+use super::joint::joint_dynamics;
+use super::materials::material_friction;
+use super::resolve::{Before, conclude};
+use super::share::share_out;
+use super::solid::solid_of;
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
 use crate::twin::Model;
 
-/// Settings of the physics pass.
-#[derive(Clone, Debug, Default)]
-pub struct Config {}
-
 /// Writes matter (mass, centre of mass, inertia, friction, stiffness) into the links of `model`, and
 /// friction, damping and spring into its joints, from the interactions that are not held out.
 pub fn identify(
-    _capture: &Capture,
-    _segmented: &[Segmented],
-    _model: &mut Model,
-    _config: &Config,
-    _notices: &mut Notices,
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &mut Model,
+    config: &Config,
+    notices: &mut Notices,
 ) -> Result<()> {
+    config.check()?;
+    let ground = ground_of(capture, &model.twin);
+    let facts = gather(capture, segmented, &ground, &model.twin, config, notices);
+    let befores = befores(capture, model)?;
+    for (name, found) in &facts {
+        write_link(model, name, found, &befores, &ground, config, notices);
+    }
+    share_out(&mut model.twin, &facts, &befores, &ground, config, notices);
+    for (name, found) in &facts {
+        if let (Some(link), Some(before)) = (model.twin.link_mut(name), befores.get(name)) {
+            write_centre(link, found, before, &ground);
+        }
+    }
+    for (name, before) in &befores {
+        if let Some(link) = model.twin.link_mut(name) {
+            fill_inertial(link, before);
+        }
+    }
+    joint_dynamics(capture, segmented, model, &ground, config, notices);
     Ok(())
+}
+
+fn write_link(
+    model: &mut Model,
+    name: &str,
+    facts: &Facts,
+    befores: &BTreeMap<String, Before>,
+    ground: &Ground,
+    config: &Config,
+    notices: &mut Notices,
+) {
+    let (Some(link), Some(before)) = (model.twin.link_mut(name), befores.get(name)) else {
+        notices.warn(
+            super::resolve::STAGE,
+            name,
+            "it was touched, but the twin has no link of that name",
+        );
+        return;
+    };
+    conclude(link, facts, before, ground, config, notices);
+    write_presses(link, facts);
+}
+
+/// What is known beforehand of every link.
+fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMap<String, Before<'a>>> {
+    let support = capture.support.as_ref();
+    let mut out = BTreeMap::new();
+    for (_, link) in model.twin.links() {
+        let given = capture.prior(&link.name);
+        let pair = given
+            .and_then(|g| g.material.as_deref())
+            .zip(support.and_then(|s| s.material.as_deref()));
+        let table = match pair {
+            Some((a, b)) => material_friction(a, b)?,
+            None => None,
+        };
+        let mesh = link.mesh.as_ref().and_then(|path| model.meshes.get(path));
+        out.insert(
+            link.name.clone(),
+            Before {
+                given,
+                solid: mesh.and_then(solid_of),
+                support_friction: support.and_then(|s| s.friction),
+                table: table.map(|t| ((t.kinetic, t.kinetic_sd), (t.static_, t.static_sd))),
+            },
+        );
+    }
+    Ok(out)
 }

@@ -66,7 +66,7 @@ pub(super) fn find_contact(stream: &WrenchStream, config: &Config) -> Option<Con
     let width = ((config.force_window * rate).round() as usize).clamp(1, 25);
     let lead = ((0.1 * rate) as usize).clamp(5, n / 2);
     let first_reading = axis_median(&stream.force[..lead])?;
-    let noise = difference_noise(&stream.force);
+    let mut noise = difference_noise(&stream.force);
     let peak = |tare: &Vector3<f64>| quantile(&smoothed_excess(&stream.force, tare, width), 0.98).unwrap_or(0.0);
     let mut tare = first_reading;
     let mut rows = None;
@@ -77,7 +77,13 @@ pub(super) fn find_contact(stream: &WrenchStream, config: &Config) -> Option<Con
         let threshold = (config.contact_sigmas * floor).max(config.contact_share * peak(&tare));
         rows = contact_rows(&excess, threshold, (3.0 * floor).max(0.2 * threshold), width.max(3));
         match rows {
-            Some((first, _)) if first >= lead => tare = mean(&stream.force[..first])?,
+            Some((first, _)) if first >= lead => {
+                tare = mean(&stream.force[..first])?;
+                // The chatter of sliding is not the sensor's: with enough rest the noise is read there.
+                if first >= 40 {
+                    noise = difference_noise(&stream.force[..first]);
+                }
+            }
             _ => break,
         }
     }

@@ -19,7 +19,9 @@ pub(super) struct Instants {
 }
 
 /// Phases in time order without gaps; stretches of no length are left out.
-pub(super) fn cut(instants: Instants, motions: &[(String, Motion)], touched: &[String]) -> Vec<Phase> {
+///
+/// `snapshot`: poses are known before and after only, so that all motion is put down to the slide.
+pub(super) fn cut(instants: Instants, motions: &[(String, Motion)], touched: &[String], snapshot: bool) -> Vec<Phase> {
     let mut marks = vec![(instants.start, PhaseKind::Rest)];
     let mut push = |at: Option<f64>, kind: PhaseKind| {
         if let Some(t) = at {
@@ -42,7 +44,11 @@ pub(super) fn cut(instants: Instants, motions: &[(String, Motion)], touched: &[S
             end,
             moving: motions
                 .iter()
-                .filter(|(_, m)| m.moved_between(start, end))
+                .filter(|(_, m)| match (snapshot, kind) {
+                    (false, _) => m.moved_between(start, end),
+                    (true, PhaseKind::Slide) => m.moved_between(instants.start, instants.end),
+                    (true, _) => false,
+                })
                 .map(|(name, _)| name.clone())
                 .collect(),
             touched: match kind {

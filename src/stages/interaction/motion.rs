@@ -130,7 +130,9 @@ impl Motion {
         let run = 3.min(self.time.len().saturating_sub(from)).max(1);
         let over =
             (from..self.time.len()).find(|&i| i + run <= self.time.len() && (i..i + run).all(|k| self.displaced(k)))?;
-        let quiet = |i: usize| self.shift[i] < 0.4 * self.shift_threshold && !(self.turn[i] > self.turn_threshold);
+        // A missing orientation is NaN and does not speak against rest.
+        let turned = |i: usize| self.turn[i] > self.turn_threshold;
+        let quiet = |i: usize| self.shift[i] < 0.4 * self.shift_threshold && !turned(i);
         let last_quiet = (from..over).rev().find(|&i| quiet(i));
         Some(
             last_quiet

@@ -65,7 +65,7 @@ fn segment_one(capture: &Capture, interaction: &Interaction, config: &Config, no
     let noise = |of: fn(&Motion) -> Option<f64>| median(&motions.iter().filter_map(|(_, m)| of(m)).collect::<Vec<_>>());
     Segmented {
         interaction: interaction.name.clone(),
-        phases: cut(instants, &motions, &touched),
+        phases: cut(instants, &motions, &touched, is_snapshot(interaction)),
         force_noise: contact.as_ref().map(|c| c.noise),
         force_tare: contact.as_ref().and_then(|c| c.tare),
         position_noise: noise(|m| m.position_noise),
@@ -82,11 +82,10 @@ fn place_slide(
     instants: &mut Instants,
 ) {
     let after = instants.contact.unwrap_or(instants.start);
-    let snapshot = interaction.tracks.values().all(PoseStream::is_snapshot_pair);
     let first_motion = motions.iter().filter_map(|(_, m)| m.onset(after)).reduce(f64::min);
     instants.slide = match interaction.kind {
         Kind::Press | Kind::Hold => None,
-        _ if snapshot => first_motion.and(contact.as_ref().and_then(|c| plateau(interaction, c))),
+        _ if is_snapshot(interaction) => first_motion.and(contact.as_ref().and_then(|c| plateau(interaction, c))),
         _ => first_motion,
     };
     // Without a force, what moves is all that is known.
@@ -97,6 +96,11 @@ fn place_slide(
         Some(c) => c.release.filter(|t| *t < instants.end - 1e-9),
         None => instants.slide.and_then(|_| stops()).filter(|t| *t < instants.end),
     };
+}
+
+/// Every body was seen before and after only.
+fn is_snapshot(interaction: &Interaction) -> bool {
+    interaction.tracks.values().all(PoseStream::is_snapshot_pair)
 }
 
 /// First and last time of any stream.

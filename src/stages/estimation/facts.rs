@@ -1,0 +1,194 @@
+//! What the interactions say of each link, before anything is concluded from it.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Point3, Vector3};
+
+use super::Config;
+use super::lift::{Weighing, weigh};
+use super::press::{Press, press_of};
+use super::push::{Plane, Push, read_push};
+use super::tilt::{Slide, slide_of};
+use crate::base::Notices;
+use crate::capture::{Capture, Interaction, Kind, PhaseKind, Segmented};
+use crate::twin::Twin;
+
+/// The findings about one link.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Facts {
+    pub weighings: Vec<Weighing>,
+    pub slides: Vec<Slide>,
+    /// Pushes in which the link moved alone.
+    pub pushes: Vec<Push>,
+    /// Pushes in which other links moved along as one rigid group.
+    pub shared: Vec<(Vec<String>, Push)>,
+    pub presses: Vec<Press>,
+}
+
+/// Where the world is: gravity and the support.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ground {
+    pub gravity: Vector3<f64>,
+    pub plane: Plane,
+    pub point: Point3<f64>,
+}
+
+/// Gravity and support from the twin, else from the capture, else a level table at the origin.
+pub(super) fn ground_of(capture: &Capture, twin: &Twin) -> Ground {
+    let up = (-capture.gravity).try_normalize(1e-9).unwrap_or(Vector3::z());
+    let (point, normal) = match (&capture.support, &twin.support) {
+        (Some(s), _) => (s.point, s.normal.into_inner()),
+        (None, Some(s)) => (Point3::from(s.point), Vector3::from(s.normal)),
+        (None, None) => (Point3::origin(), up),
+    };
+    Ground {
+        gravity: capture.gravity,
+        plane: Plane::of(normal.try_normalize(1e-9).unwrap_or(up)),
+        point,
+    }
+}
+
+/// The link that an interaction is about: its target, else what it touched, else what moved most.
+pub(super) fn subject<'a>(interaction: &'a Interaction, segmented: &'a Segmented) -> Option<&'a str> {
+    let touched = segmented.phases.iter().find_map(|p| p.touched.first());
+    let moved = segmented.phases.iter().find_map(|p| p.moving.first());
+    let only = (interaction.tracks.len() == 1)
+        .then(|| interaction.tracks.keys().next())
+        .flatten();
+    interaction
+        .target
+        .as_ref()
+        .or(touched)
+        .or(moved)
+        .or(only)
+        .map(String::as_str)
+}
+
+/// Reads every interaction that may be used to fit.
+pub(super) fn gather(
+    capture: &Capture,
+    segmented: &[Segmented],
+    ground: &Ground,
+    twin: &Twin,
+    config: &Config,
+    notices: &mut Notices,
+) -> BTreeMap<String, Facts> {
+    let mut facts: BTreeMap<String, Facts> = BTreeMap::new();
+    for interaction in capture.fitted() {
+        let Some(cut) = segmented.iter().find(|s| s.interaction == interaction.name) else {
+            continue;
+        };
+        let Some(link) = subject(interaction, cut) else {
+            continue;
+        };
+        let entry = facts.entry(link.to_string()).or_default();
+        if !read_one(interaction, cut, link, ground, twin, config, entry) {
+            notices.note(
+                "estimation",
+                &interaction.name,
+                format!(
+                    "nothing about the matter of `{link}` could be read from this {:?}",
+                    interaction.kind
+                )
+                .to_lowercase(),
+            );
+        }
+    }
+    facts
+}
+
+/// Reads one interaction into the facts of its link; false where it said nothing.
+fn read_one(
+    interaction: &Interaction,
+    cut: &Segmented,
+    link: &str,
+    ground: &Ground,
+    twin: &Twin,
+    config: &Config,
+    facts: &mut Facts,
+) -> bool {
+    match interaction.kind {
+        Kind::Lift => {
+            let found = weigh(interaction, cut, link, &ground.gravity);
+            facts.weighings.extend(found.clone());
+            found.is_some()
+        }
+        Kind::Tilt => {
+            let found = slide_of(interaction, cut, link, &ground.gravity, &ground.point, config);
+            facts.slides.extend(found.clone());
+            found.is_some()
+        }
+        Kind::Press => {
+            let found = press_of(interaction, cut, link, &-ground.plane.normal);
+            facts.presses.extend(found.clone());
+            found.is_some()
+        }
+        Kind::Push | Kind::Pull => {
+            let Some(push) = read_push(interaction, cut, link, &ground.plane, config) else {
+                return false;
+            };
+            match company(interaction, cut, link, twin) {
+                Company::Alone => facts.pushes.push(push),
+                Company::Rigid(others) => facts.shared.push((others, push)),
+                Company::Jointed => {}
+            }
+            true
+        }
+        Kind::Toss | Kind::Hold => true,
+    }
+}
+
+/// Who else moved.
+enum Company {
+    Alone,
+    /// These moved along as if one body with it.
+    Rigid(Vec<String>),
+    /// Something moved in another way, or the link hangs on a joint: its own friction is not what was felt.
+    Jointed,
+}
+
+fn company(interaction: &Interaction, cut: &Segmented, link: &str, twin: &Twin) -> Company {
+    let family: Vec<&str> = twin
+        .body_of(link)
+        .map_or(Vec::new(), |b| b.links.iter().map(|l| l.name.as_str()).collect());
+    let moved: Vec<&String> = cut
+        .of(PhaseKind::Slide)
+        .flat_map(|p| &p.moving)
+        .filter(|n| *n != link)
+        .collect();
+    let own = displacement(interaction, link);
+    let mut others = Vec::new();
+    for name in moved {
+        match (&own, displacement(interaction, name)) {
+            (Some((shift, turn)), Some((s, r))) => {
+                let alike = (s - shift).norm() < 0.25 * shift.norm() + 1e-3 && (r - turn).norm() < 0.1;
+                if !alike {
+                    return Company::Jointed;
+                }
+                others.push(name.clone());
+            }
+            _ => return Company::Jointed,
+        }
+    }
+    // A sibling that stood still while the link moved: the joint between them carried a load.
+    if family.len() > 1 && family.iter().any(|n| *n != link && !others.iter().any(|o| o == n)) {
+        return Company::Jointed;
+    }
+    if others.is_empty() {
+        Company::Alone
+    } else {
+        Company::Rigid(others)
+    }
+}
+
+/// Total displacement and rotation of a track.
+fn displacement(interaction: &Interaction, name: &str) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    let track = interaction.tracks.get(name)?;
+    let rows: Vec<usize> = (0..track.len()).filter(|&i| track.position[i].x.is_finite()).collect();
+    let (first, last) = (*rows.first()?, *rows.last()?);
+    let turn = match (track.rotation[first], track.rotation[last]) {
+        (Some(a), Some(b)) => (b * a.inverse()).scaled_axis(),
+        _ => Vector3::zeros(),
+    };
+    Some((track.position[last] - track.position[first], turn))
+}

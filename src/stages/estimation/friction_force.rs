@@ -1,0 +1,163 @@
+//! The force of friction of one link over all of its pushes, with the slope of the support taken out.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::Config;
+use super::facts::Facts;
+use super::pool::pooled;
+use super::push::{Push, Surface, SurfacePrior, fit_surface};
+use super::resolve::STAGE;
+use crate::base::{Estimate, Notices};
+use crate::math::bayesian_linear;
+
+/// What all pushes of a link say together.
+#[derive(Clone, Debug)]
+pub(super) struct Sliding {
+    pub kinetic: Estimate,
+    pub static_: Option<Estimate>,
+    pub radius: Estimate,
+    /// Mean force of the tool along the normal, N.
+    pub lift: f64,
+    /// Friction centre in the link frame with standard deviations, m.
+    pub centre: ([f64; 3], [f64; 3]),
+    /// No pose between before and after was seen in any of the pushes.
+    pub bridged: bool,
+}
+
+/// Friction force, torsional radius and friction centre from the pushes of a link that moved alone.
+pub(super) fn sliding_of(
+    facts: &Facts,
+    prior: &SurfacePrior,
+    config: &Config,
+    notices: Option<&mut Notices>,
+    link: &str,
+) -> Option<Sliding> {
+    sliding_from(&facts.pushes, prior, config, notices, link)
+}
+
+/// The same for any set of pushes.
+pub(super) fn sliding_from(
+    pushes: &[Push],
+    prior: &SurfacePrior,
+    config: &Config,
+    notices: Option<&mut Notices>,
+    link: &str,
+) -> Option<Sliding> {
+    if pushes.is_empty() {
+        return None;
+    }
+    let surface = fit_surface(pushes, prior)?;
+    let from: Vec<String> = pushes.iter().map(|p| p.interaction.clone()).collect();
+    let (trials, slope) = without_slope(pushes, &surface, config);
+    let middle = crate::math::median(&trials.iter().map(|t| t.0).collect::<Vec<_>>())?;
+    let bridged = pushes.iter().all(|p| p.bridged);
+    let form = if bridged {
+        3.0 * config.model_form
+    } else {
+        config.model_form
+    };
+    // Jerking hides part of the friction in a way that the median mends only partly.
+    let chatter = pushes.iter().map(|p| p.chatter).sum::<f64>() / pushes.len() as f64;
+    let common = surface
+        .radius_effect
+        .hypot(form * middle)
+        .hypot(0.25 * chatter * middle);
+    let kinetic = pooled(
+        &trials,
+        config.friction_scatter,
+        common,
+        "N",
+        from.clone(),
+        "push-limit-surface",
+    )?;
+    if let (Some(notices), Some(slope)) = (notices, slope) {
+        notices.warn(
+            STAGE,
+            link,
+            format!(
+                "friction depends on the direction of the push as if a constant force of {:.3} N pulled towards \
+                 ({:.2}, {:.2}, {:.2}): a slope of the support, or a bias of the force sensor",
+                slope.norm(),
+                slope.x / slope.norm(),
+                slope.y / slope.norm(),
+                slope.z / slope.norm()
+            ),
+        );
+    }
+    let lifts: Vec<f64> = pushes.iter().flat_map(|p| p.blocks.iter().map(|b| b.lift)).collect();
+    Some(Sliding {
+        static_: breakaway(pushes, &trials, &kinetic, config, from.clone()),
+        radius: Estimate::measured(surface.radius.0, surface.radius.1, "m", from, "push-limit-surface"),
+        lift: crate::math::median(&lifts)?,
+        centre: (surface.centre, surface.centre_sd),
+        bridged,
+        kinetic,
+    })
+}
+
+/// Forces of the pushes with a constant horizontal force taken out where they demand one, and that force (what
+/// the body itself feels). Pushes against it need more, pushes along it less.
+fn without_slope(pushes: &[Push], surface: &Surface, config: &Config) -> (Vec<(f64, f64)>, Option<Vector3<f64>>) {
+    let trials = surface.forces.clone();
+    let used: Vec<usize> = (0..trials.len()).filter(|&i| trials[i].0.is_finite()).collect();
+    if used.len() < 4 || pushes.iter().any(|p| p.bridged) {
+        return (trials, None);
+    }
+    let middle = crate::math::median(&trials.iter().map(|t| t.0).collect::<Vec<_>>()).unwrap_or(1.0);
+    let weights = DVector::from_iterator(
+        used.len(),
+        used.iter()
+            .map(|&i| 1.0 / (trials[i].1.powi(2) + (config.friction_scatter * middle).powi(2))),
+    );
+    let b = DVector::from_iterator(used.len(), used.iter().map(|&i| trials[i].0));
+    let fit = |share: f64| {
+        let a = DMatrix::from_fn(used.len(), 4, |i, j| {
+            if j == 0 { 1.0 } else { pushes[used[i]].direction[j - 1] }
+        });
+        let mean = DVector::from_vec(vec![middle, 0.0, 0.0, 0.0]);
+        let sd = DVector::from_vec(vec![10.0 * middle, share * middle, share * middle, share * middle]);
+        bayesian_linear(&a, &b, &weights, &mean, &sd)
+    };
+    let (Some(with), Some(without)) = (fit(0.15), fit(1e-6)) else {
+        return (trials, None);
+    };
+    let misfit = |r: &DVector<f64>| r.iter().zip(weights.iter()).map(|(r, w)| r * r * w).sum::<f64>();
+    let gained = misfit(&without.residuals) - misfit(&with.residuals);
+    let left = misfit(&with.residuals) / (used.len() as f64 - 3.0).max(1.0);
+    // Two degrees of freedom at 0.1 %, in units of what is left.
+    if gained < 13.8 * left.max(1.0) {
+        return (trials, None);
+    }
+    let pull = Vector3::new(with.x[1], with.x[2], with.x[3]);
+    let own = with.sd(0) * left.max(1.0).sqrt() * (used.len() as f64).sqrt();
+    let corrected = (0..trials.len())
+        .map(|i| (trials[i].0 - pull.dot(&pushes[i].direction), trials[i].1.hypot(own)))
+        .collect();
+    (corrected, Some(-pull))
+}
+
+/// Static force: the peak of each push scaled from the tool's force to the friction force as the steady part was.
+fn breakaway(
+    pushes: &[Push],
+    trials: &[(f64, f64)],
+    kinetic: &Estimate,
+    config: &Config,
+    from: Vec<String>,
+) -> Option<Estimate> {
+    let peaks: Vec<(f64, f64)> = pushes
+        .iter()
+        .zip(trials)
+        .filter_map(|(push, (force, _))| {
+            let (peak, sd) = push.breakaway?;
+            let steady: Vec<f64> = push.blocks.iter().map(|b| b.force.norm()).collect();
+            let scale = force / crate::math::median(&steady)?;
+            (scale.is_finite()).then_some((peak * scale, sd * scale))
+        })
+        .collect();
+    let found = pooled(&peaks, 2.0 * config.friction_scatter, 0.0, "N", from, "push-static")?;
+    // Static friction is not below kinetic: a lower reading is noise.
+    let floor = kinetic.value.max(found.value);
+    let high = found.ci95.map_or(floor, |c| c[1].max(floor));
+    let low = found.ci95.map_or(floor, |c| c[0]);
+    Some(Estimate { value: floor, ..found }.with_interval([low, high]))
+}

@@ -1,0 +1,393 @@
+//! Friction, damping and spring of joints from the load that the tool puts on the child.
+
+use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
+
+use super::Config;
+use super::evidence::{mean_wrench, motion_at, tare_of, tool_at};
+use super::facts::{Ground, subject};
+use super::pool::relative_sd;
+use super::push::steadiness;
+use super::resolve::STAGE;
+use super::solid::solid_of;
+use crate::base::{Confounded, Estimate, Notices, Status};
+use crate::capture::{Capture, Interaction, PhaseKind, PoseStream, Segmented};
+use crate::math::{LinearFit, effective_samples, quantile, robust_linear};
+use crate::twin::{Joint, JointKind, Link, Model};
+
+/// Load and motion along the freedom of a joint, averaged over a block.
+#[derive(Clone, Copy, Debug)]
+struct Load {
+    /// N·m or N, of the tool on the child.
+    load: f64,
+    /// rad or m since the first view.
+    position: f64,
+    /// rad/s or m/s.
+    speed: f64,
+    /// rad/s² or m/s², absolute acceleration of the child along the freedom.
+    acceleration: f64,
+}
+
+/// The blocks of one interaction, loads rid of inertia and weight where those are known.
+struct Trial {
+    interaction: String,
+    loads: Vec<Load>,
+    /// Relative standard deviation of the force's jerking.
+    chatter: f64,
+}
+
+/// Friction that the child feels from the table, along the freedom of the joint.
+struct Drag {
+    value: f64,
+    sd: f64,
+}
+
+/// Writes friction, damping and spring of every revolute and prismatic joint of the twin.
+pub(super) fn joint_dynamics(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &mut Model,
+    ground: &Ground,
+    config: &Config,
+    notices: &mut Notices,
+) {
+    let joints: Vec<Joint> = model.twin.joints().cloned().collect();
+    for joint in joints {
+        if !matches!(joint.kind, JointKind::Revolute | JointKind::Prismatic) {
+            continue;
+        }
+        let trials: Vec<Trial> = capture
+            .fitted()
+            .filter_map(|i| {
+                let cut = segmented.iter().find(|s| s.interaction == i.name)?;
+                trial_of(i, cut, &joint, model, ground, config)
+            })
+            .collect();
+        if trials.is_empty() {
+            continue;
+        }
+        let drag = table_drag(&joint, model, ground);
+        let found = conclude(&trials, drag, &joint, notices);
+        for body in &mut model.twin.bodies {
+            for target in body
+                .joints
+                .iter_mut()
+                .filter(|j| j.name == joint.name && j.child == joint.child)
+            {
+                (target.friction, target.damping, target.stiffness) = found.clone();
+            }
+        }
+    }
+}
+
+type Dynamics = (Option<Estimate>, Option<Estimate>, Option<Estimate>);
+
+fn conclude(trials: &[Trial], drag: Option<Drag>, joint: &Joint, notices: &mut Notices) -> Dynamics {
+    let from: Vec<String> = trials.iter().map(|t| t.interaction.clone()).collect();
+    let revolute = joint.kind == JointKind::Revolute;
+    let units = if revolute {
+        ["N·m", "N·m·s/rad", "N·m/rad"]
+    } else {
+        ["N", "N·s/m", "N/m"]
+    };
+    let Some(law) = law_of(trials, revolute) else {
+        return (None, None, None);
+    };
+    let estimate =
+        |(value, sd): (f64, f64), unit: &str| Estimate::measured(value, sd, unit, from.clone(), "joint-load");
+    let mut friction = estimate(law.friction, units[0]);
+    if let Some(speed) = law.one_speed {
+        let low = 0.3 * law.friction.0;
+        let [_, high] = friction.ci95.unwrap_or([low, law.friction.0]);
+        friction = friction.with_interval([low, high]);
+        friction.status = Status::Assumed;
+        friction.confounded = Some(Confounded {
+            with: vec!["damping".into()],
+            known: format!("friction + {speed:.3} damping = {:.4} {}", law.friction.0, units[0]),
+            experiment: "move the joint at half and at twice the speed".into(),
+        });
+    }
+    match drag {
+        Some(drag) if drag.value < law.friction.0 => {
+            friction = less_drag(&friction, &drag, joint, units[0], notices);
+        }
+        Some(_) => notices.note(
+            STAGE,
+            &joint.name,
+            "the load is less than the child's friction on the support would be: it is taken to hang free of it",
+        ),
+        None => {}
+    }
+    (
+        Some(friction),
+        law.damping.map(|d| estimate(d, units[1])),
+        law.spring.map(|s| estimate(s, units[2])),
+    )
+}
+
+/// The joint's own friction where the child also drags over the support: the difference, and only assumed.
+fn less_drag(total: &Estimate, drag: &Drag, joint: &Joint, unit: &str, notices: &mut Notices) -> Estimate {
+    let known = format!(
+        "friction({}) + table friction of {} = {:.4} {unit}",
+        joint.name, joint.child, total.value
+    );
+    notices.warn(
+        STAGE,
+        &joint.name,
+        format!("the child may slide on the support while it moves: only {known} is measured"),
+    );
+    let sd = (relative_sd(total) * total.value).hypot(drag.sd);
+    let value = (total.value - drag.value).max(0.0);
+    let method = "joint-load less table friction by volume";
+    // Whether it drags at all, the shapes tell to a few millimetres only: all of the load may be the joint's.
+    let mut parted = Estimate::measured(value, sd, unit, total.from.clone(), method)
+        .with_interval([(value - 1.96 * sd).max(0.0), total.value * 1.1]);
+    parted.status = Status::Assumed;
+    parted.confounded = Some(Confounded {
+        with: vec![format!("friction_force.kinetic({})", joint.child)],
+        known,
+        experiment: "move the joint with the child off the support, or weigh the child".into(),
+    });
+    parted
+}
+
+/// `load = friction sign(speed) + damping speed + spring (position - rest)` with what the motion excites.
+struct Law {
+    friction: (f64, f64),
+    damping: Option<(f64, f64)>,
+    spring: Option<(f64, f64)>,
+    /// The speed, where there was but one.
+    one_speed: Option<f64>,
+}
+
+fn fit_law(trials: &[&Trial], damping: bool, spring: bool) -> Option<LinearFit> {
+    let loads: Vec<Load> = trials.iter().flat_map(|t| t.loads.iter().copied()).collect();
+    let columns = 1 + usize::from(damping) + usize::from(spring);
+    let a = DMatrix::from_fn(loads.len(), columns, |i, j| match (j, damping) {
+        (0, _) => loads[i].speed.signum(),
+        (1, true) => loads[i].speed,
+        _ => loads[i].position,
+    });
+    let b = DVector::from_iterator(loads.len(), loads.iter().map(|l| l.load));
+    let mut fit = robust_linear(&a, &b)?;
+    let memory = loads.len() as f64 / effective_samples(fit.residuals.as_slice());
+    fit.covariance *= memory.max(1.0);
+    Some(fit)
+}
+
+/// Standard deviation of component `k` by leaving out one trial at a time; blocks of one trial share its errors.
+fn jackknife(trials: &[Trial], whole: &LinearFit, k: usize, damping: bool, spring: bool) -> f64 {
+    let n = trials.len() as f64;
+    let spread: f64 = (0..trials.len())
+        .filter_map(|out| {
+            let rest: Vec<&Trial> = (0..trials.len()).filter(|i| *i != out).map(|i| &trials[i]).collect();
+            let fit = fit_law(&rest, damping, spring)?;
+            Some((fit.x[k] - whole.x[k]).powi(2))
+        })
+        .sum();
+    let scatter = ((n - 1.0) / n * spread).sqrt();
+    // One trial shows no scatter: 3 % stands in for it.
+    whole
+        .sd(k)
+        .hypot(scatter)
+        .hypot(0.03 / n.sqrt() * whole.x[0].abs() / if k == 0 { 1.0 } else { f64::INFINITY })
+}
+
+fn law_of(trials: &[Trial], revolute: bool) -> Option<Law> {
+    let all: Vec<&Trial> = trials.iter().collect();
+    let loads = || trials.iter().flat_map(|t| t.loads.iter());
+    let range = |pick: fn(&Load) -> f64| {
+        loads()
+            .map(pick)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+    };
+    // Noise in the velocities is no variety: the bulk of the blocks must differ.
+    let speeds: Vec<f64> = loads().map(|l| l.speed.abs()).collect();
+    let (slow, fast) = (quantile(&speeds, 0.1)?, quantile(&speeds, 0.9)?);
+    let (start, end) = range(|l| l.position);
+    let clear = |damping: bool, spring: bool, k: usize| {
+        fit_law(&all, damping, spring).is_some_and(|f| f.x[k] > 4.0 * jackknife(trials, &f, k, damping, spring))
+    };
+    let varied = fast > 1.6 * slow;
+    let damping = varied && clear(true, false, 1);
+    let spring = end - start > if revolute { 0.3 } else { 0.05 } && clear(damping, true, 1 + usize::from(damping));
+    let fit = fit_law(&all, damping, spring)?;
+    let read = |k: usize| (fit.x[k], jackknife(trials, &fit, k, damping, spring));
+    let mut friction = read(0);
+    if varied && !damping {
+        // Damping may hide below what was seen: its doubt is that of friction too.
+        let both = fit_law(&all, true, false)?;
+        friction.1 = friction.1.hypot(both.sd(0)).hypot(0.5 * (both.x[0] - friction.0));
+    }
+    let chatter = trials.iter().map(|t| t.chatter).sum::<f64>() / trials.len() as f64;
+    friction.1 = friction.1.hypot(0.25 * chatter * friction.0);
+    (friction.0 > 0.0).then(|| Law {
+        friction,
+        damping: damping.then(|| read(1)),
+        spring: spring.then(|| read(1 + usize::from(damping))),
+        one_speed: (!varied).then_some(0.5 * (slow + fast)),
+    })
+}
+
+/// World-from-link at the first view, and a link's pose stream, where there are any.
+fn pose_now(
+    track: Option<&PoseStream>,
+    link: Option<&Link>,
+    t: f64,
+    half: f64,
+) -> Option<(Isometry3<f64>, Vector3<f64>, Vector3<f64>)> {
+    match track {
+        Some(stream) => motion_at(stream, t, half).map(|m| (m.pose, m.velocity, m.spin)),
+        None => Some((link?.pose.0, Vector3::zeros(), Vector3::zeros())),
+    }
+}
+
+fn loads(
+    interaction: &Interaction,
+    cut: &Segmented,
+    joint: &Joint,
+    model: &Model,
+    ground: &Ground,
+    config: &Config,
+) -> Option<Vec<Load>> {
+    let stream = interaction.force.as_ref()?;
+    let slide = cut.of(PhaseKind::Slide).next()?;
+    let link = |name: &str| model.twin.links().find(|(_, l)| l.name == name).map(|(_, l)| l);
+    let (parent, child) = (link(&joint.parent), link(&joint.child)?);
+    let child_track = interaction.tracks.get(&joint.child)?;
+    let parent_track = interaction.tracks.get(&joint.parent);
+    let tare = tare_of(interaction, cut);
+    let home = parent.map_or(Isometry3::identity(), |l| l.pose.0);
+    let half = config.smoothing.max(0.15);
+    let mut out = Vec::new();
+    let mut t = slide.start + config.settling + 0.5 * config.block;
+    while t + 0.5 * config.block <= slide.end - 0.5 * config.settling {
+        let wrench = mean_wrench(stream, t - 0.5 * config.block, t + 0.5 * config.block, &tare);
+        let child_now = motion_at(child_track, t, half);
+        let parent_now = pose_now(parent_track, parent, t, half).or(Some((home, Vector3::zeros(), Vector3::zeros())));
+        if let (Some(w), Some(c), Some((parent_pose, v_parent, spin_parent))) = (wrench, child_now, parent_now) {
+            let moved = parent_pose * home.inverse();
+            let axis = moved * Vector3::from(joint.axis.value);
+            let origin = moved * Point3::from(joint.origin.value);
+            let turn = (parent_pose.rotation * home.rotation.inverse()).inverse()
+                * c.pose.rotation
+                * child.pose.rotation.inverse();
+            let load = if joint.kind == JointKind::Revolute {
+                let tool = interaction.tool_path.as_ref().and_then(|p| tool_at(p, t));
+                let arm = tool.unwrap_or(Point3::from(c.pose.translation.vector)) - origin;
+                Load {
+                    load: (arm.cross(&w.force) + w.torque.unwrap_or_default()).dot(&axis),
+                    position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
+                    speed: (c.spin - spin_parent).dot(&axis),
+                    acceleration: 0.0,
+                }
+            } else {
+                let carried = parent_pose.translation.vector - home.translation.vector;
+                let shift = c.pose.translation.vector - child.pose.translation.vector - carried;
+                Load {
+                    load: w.force.dot(&axis),
+                    position: shift.dot(&axis),
+                    speed: (c.velocity - v_parent).dot(&axis),
+                    acceleration: c.acceleration.dot(&axis),
+                }
+            };
+            let (plateau, _) = steadiness(
+                interaction,
+                cut,
+                &ground.plane,
+                t - 0.5 * config.block,
+                t + 0.5 * config.block,
+            );
+            out.push(Load {
+                load: plateau * load.load,
+                ..load
+            });
+        }
+        t += config.block;
+    }
+    (out.len() >= 4).then_some(out)
+}
+
+/// The blocks of one interaction that moved the joint; `None` where it did not.
+fn trial_of(
+    interaction: &Interaction,
+    cut: &Segmented,
+    joint: &Joint,
+    model: &Model,
+    ground: &Ground,
+    config: &Config,
+) -> Option<Trial> {
+    let about = subject(interaction, cut)?;
+    if about != joint.child {
+        return None;
+    }
+    let mut loads = loads(interaction, cut, joint, model, ground, config)?;
+    let fastest = loads.iter().map(|l| l.speed.abs()).fold(0.0, f64::max);
+    let least = if joint.kind == JointKind::Revolute { 0.02 } else { 2e-3 };
+    loads.retain(|l| l.speed.abs() > (0.2 * fastest).max(least));
+    if loads.len() < 4 {
+        return None;
+    }
+    // Inertia along a prismatic freedom is the child's mass where it was measured.
+    let mass = model
+        .twin
+        .links()
+        .find(|(_, l)| l.name == joint.child)
+        .and_then(|(_, l)| l.mass.as_ref());
+    let mass = mass.filter(|m| m.status != Status::Assumed).map_or(0.0, |m| m.value);
+    let weight = mass * ground.gravity.dot(&Vector3::from(joint.axis.value));
+    if joint.kind == JointKind::Prismatic {
+        for load in &mut loads {
+            load.load += weight - mass * load.acceleration;
+        }
+    }
+    let slide = cut.of(PhaseKind::Slide).next()?;
+    let (_, chatter) = steadiness(
+        interaction,
+        cut,
+        &ground.plane,
+        slide.start + config.settling,
+        slide.end,
+    );
+    Some(Trial {
+        interaction: interaction.name.clone(),
+        loads,
+        chatter: chatter.min(0.5),
+    })
+}
+
+/// The table's drag on a child that stands on it, along the freedom of the joint; `None` where it does not
+/// stand on it, as far as the shapes say.
+fn table_drag(joint: &Joint, model: &Model, ground: &Ground) -> Option<Drag> {
+    let link = model
+        .twin
+        .links()
+        .find(|(_, l)| l.name == joint.child)
+        .map(|(_, l)| l)?;
+    let mesh = model.meshes.get(link.mesh.as_ref()?)?;
+    let heights = mesh
+        .vertices
+        .iter()
+        .map(|v| (link.pose.0 * v - ground.point).dot(&ground.plane.normal));
+    let lowest = heights.fold(f64::INFINITY, f64::min);
+    if lowest > 5e-3 {
+        return None;
+    }
+    let force = link.friction_force.kinetic.as_ref()?;
+    let solid = solid_of(mesh)?;
+    let arm = match joint.kind {
+        JointKind::Revolute => {
+            let axis = Vector3::from(joint.axis.value);
+            let out = link.pose.0 * solid.centroid - Point3::from(joint.origin.value);
+            let across = out - axis * axis.dot(&out);
+            // Mean distance of the footprint from the axis: its centre and its own spread.
+            let spread = 0.27 * (solid.extent - axis.map(f64::abs).component_mul(&solid.extent)).norm();
+            (across.norm_squared() + spread * spread).sqrt()
+        }
+        _ => 1.0,
+    };
+    let relative = relative_sd(force).hypot(0.15);
+    Some(Drag {
+        value: force.value * arm,
+        sd: relative * force.value * arm,
+    })
+}

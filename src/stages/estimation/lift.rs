@@ -1,0 +1,188 @@
+//! Weighing: what the tool carries while the body hangs free.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
+
+use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
+use crate::capture::{Interaction, PhaseKind, Segmented};
+use crate::math::{bayesian_linear, correlated_mean, local_quadratic};
+
+/// One weighing.
+#[derive(Clone, Debug)]
+pub(super) struct Weighing {
+    pub interaction: String,
+    /// Mass of all that hung on the tool, kg, and its standard deviation.
+    pub mass: f64,
+    pub sd: f64,
+    /// What else rose with the target.
+    pub along: Vec<String>,
+    /// Equations for the centre of mass in the target's link frame: `rows · com = right`, each of unit weight.
+    pub moments: Vec<(Vector3<f64>, f64)>,
+}
+
+/// The quiet stretch at the top: off the support, the tool (nearly) at rest, or else all of the time aloft.
+struct Aloft {
+    start: f64,
+    end: f64,
+}
+
+fn height(interaction: &Interaction, up: &Vector3<f64>, track: &str) -> (Vec<f64>, Vec<f64>) {
+    let stream = interaction.tracks.get(track).or(interaction.tool_path.as_ref());
+    stream.map_or((Vec::new(), Vec::new()), |s| {
+        (s.time.clone(), s.position.iter().map(|p| p.coords.dot(up)).collect())
+    })
+}
+
+fn aloft(interaction: &Interaction, segmented: &Segmented, up: &Vector3<f64>, target: &str) -> Option<Aloft> {
+    let (time, height) = height(interaction, up, target);
+    let slide = segmented.of(PhaseKind::Slide).next()?;
+    let before = time.partition_point(|t| *t < slide.start).max(1);
+    let ground = crate::math::median(&height[..before])?;
+    let end = slide.end;
+    let raised: Vec<usize> = (0..time.len())
+        .filter(|&i| time[i] > slide.start && time[i] < end && height[i] - ground > 5e-3)
+        .collect();
+    let still = |i: usize| {
+        local_quadratic(&time, &height, time[i], 0.1)
+            .is_some_and(|f| f.velocity.abs() < 4e-3 && f.acceleration.abs() < 0.08)
+    };
+    let quiet: Vec<usize> = raised.iter().copied().filter(|&i| still(i)).collect();
+    let (first, last) = (quiet.first().or(raised.first())?, quiet.last().or(raised.last())?);
+    let margin = if quiet.is_empty() { 0.0 } else { 0.05 };
+    let stretch = Aloft {
+        start: time[*first] + margin,
+        end: time[*last],
+    };
+    (stretch.end - stretch.start > 0.1).then_some(stretch)
+}
+
+/// Weighs what hangs on the tool: force against gravity, corrected for the tool's acceleration.
+pub(super) fn weigh(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    target: &str,
+    gravity: &Vector3<f64>,
+) -> Option<Weighing> {
+    let stream = interaction.force.as_ref()?;
+    let g = gravity.norm();
+    let up = -gravity / g;
+    let stretch = aloft(interaction, segmented, &up, target)?;
+    let tare = tare_of(interaction, segmented);
+    let (time, height) = height(interaction, &up, target);
+    let carried: Vec<f64> = (0..stream.time.len())
+        .filter(|&i| stream.time[i] >= stretch.start && stretch.end >= stream.time[i])
+        .map(|i| {
+            let a = local_quadratic(&time, &height, stream.time[i], 0.12).map_or(0.0, |f| f.acceleration);
+            (stream.force[i] - tare.force).dot(&up) / (g + if a.abs() > 0.15 { a } else { 0.0 })
+        })
+        .collect();
+    let mean = correlated_mean(&carried)?;
+    let tare_sd = segmented.force_noise.unwrap_or(0.0) / 10.0;
+    let untared = if segmented.force_tare.is_none() {
+        0.02 * mean.mean.abs()
+    } else {
+        0.0
+    };
+    let gain = 1e-3 * mean.mean.abs();
+    let sd = (mean.sd.powi(2) + (tare_sd / g).powi(2) + untared.powi(2) + gain.powi(2)).sqrt();
+    if mean.mean < 3.0 * sd {
+        return None;
+    }
+    Some(Weighing {
+        interaction: interaction.name.clone(),
+        mass: mean.mean,
+        sd,
+        along: risen(interaction, target, &up, &stretch),
+        moments: moments(interaction, target, gravity, &stretch, &tare, mean.mean),
+    })
+}
+
+/// The other tracks that rose by at least half as much as the target.
+fn risen(interaction: &Interaction, target: &str, up: &Vector3<f64>, stretch: &Aloft) -> Vec<String> {
+    let rise = |name: &str| {
+        let (time, height) = height(interaction, up, name);
+        let level = |from: f64, to: f64| {
+            let rows: Vec<f64> = time
+                .iter()
+                .zip(&height)
+                .filter(|(t, _)| **t >= from && **t <= to)
+                .map(|r| *r.1)
+                .collect();
+            crate::math::median(&rows)
+        };
+        let start = time.first().copied().unwrap_or(0.0);
+        Some(level(stretch.start, stretch.end)? - level(start, start + 0.1)?)
+    };
+    let own = rise(target).unwrap_or(f64::INFINITY);
+    interaction
+        .tracks
+        .keys()
+        .filter(|name| *name != target && rise(name).is_some_and(|r| r > 0.5 * own))
+        .cloned()
+        .collect()
+}
+
+/// Torque balance about the tool's origin, `T = m g × (com - tool)`, over blocks of 0.2 s: three equations
+/// each for the centre of mass in the link frame.
+fn moments(
+    interaction: &Interaction,
+    target: &str,
+    gravity: &Vector3<f64>,
+    stretch: &Aloft,
+    tare: &Tare,
+    mass: f64,
+) -> Vec<(Vector3<f64>, f64)> {
+    let (Some(stream), Some(tool), Some(track)) = (
+        &interaction.force,
+        &interaction.tool_path,
+        interaction.tracks.get(target),
+    ) else {
+        return Vec::new();
+    };
+    let Some(torques) = &stream.torque else {
+        return Vec::new();
+    };
+    let noise = torque_noise(torques).max(1e-6);
+    let mut rows = Vec::new();
+    let mut t = stretch.start + 0.1;
+    while t + 0.1 <= stretch.end {
+        let wrench = mean_wrench(stream, t - 0.1, t + 0.1, tare);
+        let torque = wrench.and_then(|w| Some((w.torque?, w.rows)));
+        if let (Some((torque, count)), Some(p), Some(state)) = (torque, tool_at(tool, t), motion_at(track, t, 0.1)) {
+            let sd = noise / (count as f64).sqrt() + 2e-4 * mass * gravity.norm() * 0.1;
+            let cross: Matrix3<f64> = (mass * gravity).cross_matrix();
+            let a = cross * state.pose.rotation.to_rotation_matrix().into_inner();
+            let b = torque - cross * (state.pose.translation.vector - p.coords);
+            rows.extend((0..3).map(|k| (a.row(k).transpose() / sd, b[k] / sd)));
+        }
+        t += 0.2;
+    }
+    rows
+}
+
+fn torque_noise(torques: &[Vector3<f64>]) -> f64 {
+    let differences: Vec<f64> = torques.windows(2).map(|w| w[1].x - w[0].x).collect();
+    crate::math::mad_sd(&differences).map_or(0.0, |sd| sd / std::f64::consts::SQRT_2)
+}
+
+/// The centre of mass in the link frame from moment equations and a prior (the shape's centroid).
+pub(super) fn centre_of_mass(
+    moments: &[(Vector3<f64>, f64)],
+    prior: &Point3<f64>,
+    prior_sd: &Vector3<f64>,
+) -> Option<([f64; 3], [f64; 3])> {
+    let a = DMatrix::from_fn(moments.len(), 3, |i, j| moments[i].0[j]);
+    let b = DVector::from_iterator(moments.len(), moments.iter().map(|m| m.1));
+    let weights = DVector::from_element(moments.len(), 1.0);
+    let mean = DVector::from_column_slice(prior.coords.as_slice());
+    let sd = DVector::from_column_slice(prior_sd.as_slice());
+    let fit = bayesian_linear(&a, &b, &weights, &mean, &sd)?;
+    let degrees = (moments.len() as f64 - 2.0).max(1.0);
+    let excess = (fit.residuals.norm_squared() / degrees).max(1.0).sqrt();
+    // The pose of the link frame itself is known to a fraction of a millimetre only.
+    let component = |i: usize| {
+        (fit.sd(i).powi(2) * excess.powi(2) + 2e-4_f64.powi(2))
+            .sqrt()
+            .min(prior_sd[i].max(2e-4))
+    };
+    Some(([0, 1, 2].map(|i| fit.x[i]), [0, 1, 2].map(component)))
+}

@@ -1,0 +1,195 @@
+//! Stiffness and damping of the spot that was pressed (Tanaka et al., "haptic vision", eq. 7 with damping).
+//!
+//! `F = k u + d u'` with the compression u. The tool's travel after touch is exact to microns but holds the
+//! tool tip's own yielding; the tracked motion of the body's surface holds none of it but is noisy. Where the
+//! body's frame gives way under the tool, it moves by a share r of the tool's travel, and the body's own
+//! stiffness is that seen by the tool divided by r. Where it does not move, the compression is the tool's travel.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::evidence::{tare_of, tool_at};
+use crate::capture::{Interaction, PhaseKind, Segmented};
+use crate::math::{LinearFit, effective_samples, interpolate, median, robust_linear};
+
+/// By how much force and position may be out of step, s.
+const LAG: f64 = 4e-3;
+
+/// Stiffness and damping from one press.
+#[derive(Clone, Debug)]
+pub(super) struct Press {
+    pub interaction: String,
+    /// As the tool sees it, tip and body in series, N/m.
+    pub seen: (f64, f64),
+    /// N·s/m as the tool sees it, where it stands out.
+    pub damping: Option<(f64, f64)>,
+    /// Share of the tool's travel by which the body's frame moved, where it moved.
+    pub share: Option<(f64, f64)>,
+}
+
+/// Rows while the tool is in contact: time, normal force, tool travel and its speed.
+struct Rows {
+    time: Vec<f64>,
+    force: Vec<f64>,
+    travel: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+fn rows_of(interaction: &Interaction, segmented: &Segmented, direction: &Vector3<f64>) -> Option<Rows> {
+    let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
+    let tare = tare_of(interaction, segmented);
+    let stick = segmented.of(PhaseKind::Stick).next()?;
+    let along: Vec<f64> = tool.position.iter().map(|p| p.coords.dot(direction)).collect();
+    let mut rows = Rows {
+        time: Vec::new(),
+        force: Vec::new(),
+        travel: Vec::new(),
+        speed: Vec::new(),
+    };
+    for i in 0..stream.time.len() {
+        let t = stream.time[i];
+        if t < stick.start || t > stick.end || !stream.force[i].x.is_finite() {
+            continue;
+        }
+        let (Some(p), Some(fit)) = (
+            tool_at(tool, t),
+            crate::math::local_quadratic(&tool.time, &along, t, 0.015),
+        ) else {
+            continue;
+        };
+        rows.time.push(t);
+        rows.force.push((stream.force[i] - tare.force).dot(direction));
+        rows.travel.push(p.coords.dot(direction));
+        rows.speed.push(fit.velocity);
+    }
+    (rows.time.len() >= 20).then_some(rows)
+}
+
+/// Force against travel and speed over rows that carry a real load.
+fn regress(rows: &Rows, with_damping: bool, least: f64) -> Option<(LinearFit, f64)> {
+    let used: Vec<usize> = (0..rows.time.len()).filter(|&i| rows.force[i] > least).collect();
+    let columns = if with_damping { 3 } else { 2 };
+    let a = DMatrix::from_fn(used.len(), columns, |i, j| match j {
+        0 => 1.0,
+        1 => rows.travel[used[i]] - rows.travel[0],
+        _ => rows.speed[used[i]],
+    });
+    let b = DVector::from_iterator(used.len(), used.iter().map(|&i| rows.force[i]));
+    let fit = robust_linear(&a, &b)?;
+    let memory = used.len() as f64 / effective_samples(fit.residuals.as_slice());
+    Some((fit, memory.max(1.0).sqrt()))
+}
+
+/// By how much the body's frame moves per metre of tool travel, with its standard deviation.
+fn share_of_frame(
+    interaction: &Interaction,
+    target: &str,
+    direction: &Vector3<f64>,
+    rows: &Rows,
+) -> Option<(f64, f64)> {
+    let track = interaction.tracks.get(target).filter(|t| t.len() > 8)?;
+    let (start, end) = (rows.time[0], rows.time[rows.time.len() - 1]);
+    let depth: Vec<f64> = track.position.iter().map(|p| p.coords.dot(direction)).collect();
+    let rest: Vec<f64> = (0..track.len())
+        .filter(|&i| track.time[i] < start)
+        .map(|i| depth[i])
+        .collect();
+    let home = median(&rest);
+    let used: Vec<usize> = (0..track.len())
+        .filter(|&i| track.time[i] >= start && track.time[i] <= end && depth[i].is_finite())
+        .collect();
+    let contact = rows.travel[0];
+    let travel = |i: usize| interpolate(&rows.time, &rows.travel, track.time[i]).map_or(f64::NAN, |x| x - contact);
+    // The rows at rest pin the start of the line, since contact began at zero travel.
+    let mut points: Vec<(f64, f64)> = used
+        .iter()
+        .map(|&i| (travel(i), depth[i]))
+        .filter(|p| p.0.is_finite())
+        .collect();
+    points.extend(rest.iter().filter(|d| d.is_finite()).map(|d| (0.0, *d)));
+    home?;
+    let a = DMatrix::from_fn(points.len(), 2, |i, j| if j == 0 { 1.0 } else { points[i].0 });
+    let b = DVector::from_iterator(points.len(), points.iter().map(|p| p.1));
+    let fit = robust_linear(&a, &b)?;
+    Some((fit.x[1], fit.sd(1)))
+}
+
+/// Stiffness and damping from one press; `None` where nothing was squeezed.
+pub(super) fn press_of(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    target: &str,
+    down: &Vector3<f64>,
+) -> Option<Press> {
+    let direction = pressing_direction(interaction, segmented).unwrap_or(*down);
+    let rows = rows_of(interaction, segmented, &direction)?;
+    let largest = crate::math::quantile(&rows.force, 0.95)?;
+    let noise = segmented.force_noise.unwrap_or(0.0);
+    if largest < 10.0 * noise {
+        return None;
+    }
+    let least = (0.1 * largest).max(4.0 * noise);
+    let (fit, memory) = regress(&rows, true, least)?;
+    // A lag between force and position of a few milliseconds looks like damping of `k` times that lag.
+    let damping_sd = (fit.sd(2) * memory).hypot(LAG * fit.x[1]);
+    let clear = fit.x[2] > 3.0 * damping_sd;
+    let (fit, memory) = if clear {
+        (fit, memory)
+    } else {
+        regress(&rows, false, least)?
+    };
+    let seen = (fit.x[1], fit.sd(1) * memory);
+    if seen.0.is_nan() || seen.0 <= 3.0 * seen.1 {
+        return None;
+    }
+    let moved = share_of_frame(interaction, target, &direction, &rows).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
+    Some(Press {
+        interaction: interaction.name.clone(),
+        seen: (seen.0, seen.1.hypot(0.003 * seen.0)),
+        damping: clear.then(|| (fit.x[2], damping_sd)),
+        share: moved,
+    })
+}
+
+/// Stiffness of a tool tip that nobody stated, N/m, as the decimal logarithm with its standard deviation: from soft
+/// pads to bare metal (about 5e4, give or take a factor of three).
+const TIP: (f64, f64) = (4.7, 0.5);
+
+/// The share of the tool's travel that is the body's, from all presses of one spot: body and tip in series give
+/// `r = 1 - k_seen / k_tip`. Posterior mean and standard deviation over the stiffness of the tip; with no frame that
+/// moved, the compression is the tool's travel and the tip's part stays in it.
+pub(super) fn body_share(presses: &[Press]) -> (f64, f64) {
+    let seen = crate::math::median(&presses.iter().map(|p| p.seen.0).collect::<Vec<_>>()).unwrap_or(0.0);
+    let measured: Vec<(f64, f64)> = presses.iter().filter_map(|p| p.share).collect();
+    if measured.is_empty() {
+        return (1.0, 0.0);
+    }
+    let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
+    for i in 0..=600 {
+        let log = TIP.0 + TIP.1 * (i as f64 / 100.0 - 3.0);
+        let r = 1.0 - seen / 10.0_f64.powf(log);
+        let misfit: f64 = measured.iter().map(|(m, sd)| ((r - m) / sd.max(2e-3)).powi(2)).sum();
+        let weight = (-0.5 * (misfit + ((log - TIP.0) / TIP.1).powi(2))).exp();
+        total += weight;
+        first += weight * r;
+        second += weight * r * r;
+    }
+    let mean = first / total;
+    if total <= 1e-12 || mean < 0.2 {
+        let direct = crate::math::random_effects(
+            &measured.iter().map(|m| m.0).collect::<Vec<_>>(),
+            &measured.iter().map(|m| m.1).collect::<Vec<_>>(),
+            0.02,
+        );
+        return direct.map_or((1.0, 0.05), |d| (d.mean.min(1.0), d.sd));
+    }
+    (mean, (second / total - mean * mean).max(0.0).sqrt())
+}
+
+/// The direction of the mean force under load.
+fn pressing_direction(interaction: &Interaction, segmented: &Segmented) -> Option<Vector3<f64>> {
+    let stream = interaction.force.as_ref()?;
+    let stick = segmented.of(PhaseKind::Stick).next()?;
+    let tare = tare_of(interaction, segmented);
+    let mean = super::evidence::mean_wrench(stream, stick.start, stick.end, &tare)?;
+    mean.force.try_normalize(1e-6)
+}

@@ -1,0 +1,255 @@
+//! Links that were only moved together: what is known is their sum, and it is shared out with the doubt that
+//! this leaves.
+
+use std::collections::BTreeMap;
+
+use super::Config;
+use super::facts::{Facts, Ground};
+use super::friction_force::sliding_from;
+use super::lift::Weighing;
+use super::pool::relative_sd;
+use super::push::{Push, SurfacePrior};
+use super::resolve::{Before, STAGE};
+use crate::base::{Confounded, Estimate, Notices, Status};
+use crate::twin::{Link, Twin};
+
+/// Shares out weighings and pushes of rigid groups.
+pub(super) fn share_out(
+    twin: &mut Twin,
+    facts: &BTreeMap<String, Facts>,
+    befores: &BTreeMap<String, Before>,
+    ground: &Ground,
+    config: &Config,
+    notices: &mut Notices,
+) {
+    for (name, found) in facts {
+        for weighing in found.weighings.iter().filter(|w| !w.along.is_empty()) {
+            share_weight(twin, name, weighing, befores, config, notices);
+        }
+        share_friction(twin, name, found, befores, ground, config, notices);
+    }
+}
+
+fn links_of(twin: &Twin, names: &[String]) -> Vec<Link> {
+    let find = |n: &String| twin.links().find(|(_, l)| l.name == *n).map(|(_, l)| l.clone());
+    names.iter().filter_map(find).collect()
+}
+
+fn assumed_mass(link: &Link, befores: &BTreeMap<String, Before>, config: &Config) -> (f64, f64) {
+    match &link.mass {
+        Some(m) => (m.value, relative_sd(m).max(1e-4)),
+        None => befores.get(&link.name).map_or((0.4, 1.2), |b| b.mass(config)),
+    }
+}
+
+/// Mean and log standard deviation of the share of the sum that `own` has, its own and the rest's logs independent.
+fn share(own: (f64, f64), rest: (f64, f64)) -> (f64, f64) {
+    let share = own.0 / (own.0 + rest.0);
+    (share, (1.0 - share) * own.1.hypot(rest.1))
+}
+
+/// A mass of `link` with what rose with it: subtracts what is known of the others, else splits by volume.
+fn share_weight(
+    twin: &mut Twin,
+    name: &str,
+    weighing: &Weighing,
+    befores: &BTreeMap<String, Before>,
+    config: &Config,
+    notices: &mut Notices,
+) {
+    let mut group = vec![name.to_string()];
+    group.extend(weighing.along.iter().cloned());
+    let links = links_of(twin, &group);
+    let known: Vec<&Link> = links
+        .iter()
+        .filter(|l| l.mass.as_ref().is_some_and(|m| m.status != Status::Assumed))
+        .collect();
+    let open: Vec<&Link> = links
+        .iter()
+        .filter(|l| !known.iter().any(|k| k.name == l.name))
+        .collect();
+    let taken: f64 = known.iter().filter_map(|l| l.mass.as_ref()).map(|m| m.value).sum();
+    let variance: f64 = known
+        .iter()
+        .filter_map(|l| l.mass.as_ref())
+        .map(|m| (relative_sd(m) * m.value).powi(2))
+        .sum();
+    let left = weighing.mass - taken;
+    let from = vec![weighing.interaction.clone()];
+    if let ([only], true) = (&open[..], left > 0.0) {
+        let sd = (weighing.sd.powi(2) + variance).sqrt();
+        let mass = Estimate::measured(left, sd, "kg", from, "lift, the rest subtracted");
+        if let Some(link) = twin.link_mut(&only.name) {
+            link.mass = Some(mass);
+        }
+        return;
+    }
+    let sum = group
+        .iter()
+        .map(|n| format!("mass({n})"))
+        .collect::<Vec<_>>()
+        .join(" + ");
+    notices.warn(
+        STAGE,
+        name,
+        format!(
+            "{} lifted {} kg of several bodies at once: only {sum} is known",
+            weighing.interaction, weighing.mass
+        ),
+    );
+    for link in &open {
+        let own = assumed_mass(link, befores, config);
+        let rest: f64 = open
+            .iter()
+            .filter(|o| o.name != link.name)
+            .map(|o| assumed_mass(o, befores, config).0)
+            .sum();
+        let (share, log_sd) = share(own, (rest, own.1));
+        let mut mass = super::pool::positive(
+            left * share,
+            log_sd.hypot(weighing.sd / weighing.mass),
+            "kg",
+            from.clone(),
+            "lift, split by volume",
+        );
+        mass.status = Status::Assumed;
+        mass.confounded = Some(Confounded {
+            with: group
+                .iter()
+                .filter(|n| **n != link.name)
+                .map(|n| format!("mass({n})"))
+                .collect(),
+            known: format!("{sum} = {:.4} kg", weighing.mass),
+            experiment: "lift them one by one".into(),
+        });
+        if let Some(link) = twin.link_mut(&link.name) {
+            link.mass = Some(mass);
+        }
+    }
+}
+
+/// Friction of a group that was pushed as one: the sum is measured, the parts are assumed.
+fn share_friction(
+    twin: &mut Twin,
+    name: &str,
+    facts: &Facts,
+    befores: &BTreeMap<String, Before>,
+    ground: &Ground,
+    config: &Config,
+    notices: &mut Notices,
+) {
+    let Some((others, _)) = facts.shared.first() else {
+        return;
+    };
+    let pushes: Vec<Push> = facts
+        .shared
+        .iter()
+        .filter(|(o, _)| o == others)
+        .map(|(_, p)| p.clone())
+        .collect();
+    let mut group = vec![name.to_string()];
+    group.extend(others.iter().cloned());
+    let links = links_of(twin, &group);
+    if links.len() != group.len() || links[0].friction_force.kinetic.is_some() {
+        return;
+    }
+    let g = ground.gravity.norm();
+    let masses: Vec<(f64, f64)> = links.iter().map(|l| assumed_mass(l, befores, config)).collect();
+    let total: f64 = masses.iter().map(|m| m.0).sum();
+    let mu = befores.get(name).map_or(config.friction_prior, |b| b.kinetic(config));
+    let (centre, spread) = befores.get(name).map(Before::centre).unwrap_or_default();
+    let mut prior = SurfacePrior {
+        centre: centre.coords,
+        centre_sd: spread.map(|s| (3.0 * s).max(0.01)),
+        radius: 0.04,
+        radius_log_sd: 0.7,
+        weight: g * total,
+        mass: total,
+    };
+    let Some(first) = sliding_from(&pushes, &prior, config, None, name) else {
+        return;
+    };
+    prior.weight = first.kinetic.value / mu.0;
+    prior.mass = prior.weight / g;
+    let Some(sliding) = sliding_from(&pushes, &prior, config, None, name) else {
+        return;
+    };
+    let sum = group
+        .iter()
+        .map(|n| format!("friction_force.kinetic({n})"))
+        .collect::<Vec<_>>()
+        .join(" + ");
+    notices.warn(
+        STAGE,
+        name,
+        format!("only moved together with {}: only {sum} is measured", others.join(", ")),
+    );
+    // Log of the group's mass: the shapes' opinion and the force over the assumed friction.
+    let shape_sd = masses.iter().map(|m| (m.0 / total * m.1).powi(2)).sum::<f64>().sqrt();
+    let w = [shape_sd.powi(-2), (mu.1 / mu.0).powi(-2)];
+    let log = (w[0] * total.ln() + w[1] * (sliding.kinetic.value / (mu.0 * g)).ln()) / (w[0] + w[1]);
+    let group_sd = (w[0] + w[1]).recip().sqrt();
+    for (k, part) in links.iter().enumerate() {
+        let rest = (total - masses[k].0, masses[k].1);
+        let (share, share_sd) = share(masses[k], rest);
+        let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
+        write_share(
+            twin,
+            part,
+            &sliding.kinetic,
+            (share, share_sd),
+            (log.exp(), group_sd),
+            g,
+            &known,
+            &group,
+        );
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "one row of the table of shares")]
+fn write_share(
+    twin: &mut Twin,
+    part: &Link,
+    force: &Estimate,
+    share: (f64, f64),
+    mass: (f64, f64),
+    g: f64,
+    known: &str,
+    group: &[String],
+) {
+    let confounded = |quantity: &str| Confounded {
+        with: group
+            .iter()
+            .filter(|n| **n != part.name)
+            .map(|n| format!("{quantity}({n})"))
+            .collect(),
+        known: known.into(),
+        experiment: "push or lift them one by one".into(),
+    };
+    let assumed = |value: f64, log_sd: f64, unit: &str, quantity: &str| {
+        let mut e = super::pool::positive(
+            value,
+            log_sd,
+            unit,
+            force.from.clone(),
+            "push of the group, shared by volume",
+        );
+        e.status = Status::Assumed;
+        e.confounded = Some(confounded(quantity));
+        e
+    };
+    let Some(link) = twin.link_mut(&part.name) else { return };
+    let relative = relative_sd(force);
+    link.friction_force.kinetic = Some(assumed(
+        force.value * share.0,
+        share.1.hypot(relative),
+        "N",
+        "friction_force.kinetic",
+    ));
+    if link.mass.is_none() {
+        link.mass = Some(assumed(mass.0 * share.0, mass.1.hypot(share.1), "kg", "mass"));
+    }
+    if link.friction.kinetic.is_none() {
+        link.friction.kinetic = Some(assumed(force.value / (mass.0 * g), mass.1.hypot(relative), "1", "mass"));
+    }
+}

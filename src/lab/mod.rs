@@ -1,12 +1,21 @@
 //! The made-up world that tests the rest: it shares no physics with the estimators on purpose.
 
+mod instruments;
+mod lathe;
+mod matter;
+mod obj;
+mod parts;
 mod perform;
 mod scene;
+mod script;
 mod solid;
+mod surface;
 
+pub use instruments::{CameraSpec, NoiseSpec};
 pub use perform::{Performance, perform};
 pub use scene::{
-    ActionSpec, BodySpec, BondSpec, CameraSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec, PairSpec,
-    Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
+    BodySpec, BondSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, PairSpec, Scene, ShapeSpec, SupportSpec,
+    WeightSpec,
 };
+pub use script::{ActionSpec, ToolSpec};
 pub use solid::{ConvexPart, PartShape, Solid, build_solids};

@@ -3,9 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
-use super::Scene;
+use super::matter::Matter;
+use super::obj::read_obj;
+use super::parts::parts;
+use super::surface::{is_closed, surface};
+use super::{BodySpec, Scene, ShapeSpec};
 use crate::base::{Error, Pose, Result};
 use crate::geometry::Mesh;
 
@@ -63,6 +67,53 @@ pub struct ConvexPart {
 ///
 /// # Errors
 /// A mesh file that is missing, damaged or not closed.
-pub fn build_solids(_scene: &Scene, base: &Path) -> Result<BTreeMap<String, Solid>> {
-    Err(Error::Failed(format!("{}: solids are not built yet", base.display())))
+pub fn build_solids(scene: &Scene, base: &Path) -> Result<BTreeMap<String, Solid>> {
+    scene
+        .body
+        .iter()
+        .map(|body| Ok((body.name.clone(), build_solid(scene, body, base)?)))
+        .collect()
+}
+
+fn build_solid(scene: &Scene, body: &BodySpec, base: &Path) -> Result<Solid> {
+    let mesh = match &body.shape {
+        ShapeSpec::Mesh { file } => closed_mesh(&base.join(file))?,
+        shape => surface(shape),
+    };
+    let filling = Matter::filling(&mesh, body.density);
+    let matter = body.weight.iter().fold(filling, |sum, weight| {
+        sum.with(Matter::ball(weight.mass, weight.position.into(), weight.radius))
+    });
+    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), body.yaw);
+    let support_from_body = Isometry3::from_parts(body.position.into(), heading);
+    Ok(Solid {
+        name: body.name.clone(),
+        parts: parts(&body.shape, &mesh),
+        mesh,
+        mass: matter.mass,
+        com: matter.com,
+        inertia: matter.inertia,
+        world_from_body: Pose(scene.support.world_from_support().0 * support_from_body),
+    })
+}
+
+fn closed_mesh(path: &Path) -> Result<Mesh> {
+    let mesh = read_obj(path)?;
+    if !is_closed(&mesh) {
+        return Err(Error::bad_input(
+            path,
+            "the surface",
+            "edges without a neighbour",
+            "a closed surface",
+        ));
+    }
+    if mesh.volume() <= 0.0 {
+        return Err(Error::bad_input(
+            path,
+            "the surface",
+            "triangles that face inward",
+            "triangles that face outward",
+        ));
+    }
+    Ok(mesh)
 }

@@ -1,11 +1,14 @@
 //! The made-up world that tests the rest: it shares no physics with the estimators on purpose.
 
+mod check;
+mod check_action;
 mod instruments;
 mod lathe;
 mod matter;
 mod obj;
 mod parts;
 mod perform;
+mod read;
 mod scene;
 mod script;
 mod solid;
@@ -13,6 +16,7 @@ mod surface;
 
 pub use instruments::{CameraSpec, NoiseSpec};
 pub use perform::{Performance, perform};
+pub use read::{parse_scene, read_scene};
 pub use scene::{
     BodySpec, BondSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, PairSpec, Scene, ShapeSpec, SupportSpec,
     WeightSpec,

@@ -8,11 +8,17 @@ mod matter;
 mod obj;
 mod parts;
 mod perform;
+mod range_camera;
+mod ray;
 mod read;
+mod rig;
 mod scene;
 mod script;
+mod sensors;
 mod solid;
 mod surface;
+mod synthesise;
+mod truth;
 
 pub use instruments::{CameraSpec, NoiseSpec};
 pub use perform::{Performance, perform};
@@ -23,3 +29,4 @@ pub use scene::{
 };
 pub use script::{ActionSpec, ToolSpec};
 pub use solid::{ConvexPart, PartShape, Solid, build_solids};
+pub use synthesise::{Synthetic, steps, synthesise};

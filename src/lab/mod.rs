@@ -13,6 +13,7 @@ mod ray;
 mod read;
 mod rig;
 mod scene;
+mod scenes;
 mod script;
 mod sensors;
 mod solid;
@@ -20,13 +21,12 @@ mod surface;
 mod synthesise;
 mod truth;
 
-pub use instruments::{CameraSpec, NoiseSpec};
 pub use perform::{Performance, perform};
 pub use read::{parse_scene, read_scene};
 pub use scene::{
-    BodySpec, BondSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, PairSpec, Scene, ShapeSpec, SupportSpec,
-    WeightSpec,
+    ActionSpec, BodySpec, BondSpec, CameraSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec, PairSpec,
+    Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
 };
-pub use script::{ActionSpec, ToolSpec};
+pub use scenes::{scene_named, scenes};
 pub use solid::{ConvexPart, PartShape, Solid, build_solids};
 pub use synthesise::{Synthetic, steps, synthesise};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::Ray;
 use parry3d_f64::shape::{CompositeShapeRef, TriMesh};
@@ -23,7 +23,6 @@ pub(super) struct Stage {
     normals: Vec<Vector3<f64>>,
     owners: Vec<u16>,
     colors: Vec<[u8; 3]>,
-    world_from_support: Isometry3<f64>,
     table_center: [f64; 2],
 }
 
@@ -71,7 +70,6 @@ impl Stage {
             normals,
             owners,
             colors: scene.body.iter().map(|b| b.color).collect(),
-            world_from_support: scene.support.world_from_support().0,
             table_center: [scene.camera.target[0], scene.camera.target[1]],
         })
     }
@@ -103,18 +101,16 @@ impl Stage {
     }
 
     fn table(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
-        let o = self.world_from_support.inverse_transform_point(origin);
-        let d = self.world_from_support.inverse_transform_vector(direction);
-        let distance = -o.z / d.z;
+        let distance = -origin.z / direction.z;
         if !(distance.is_finite() && distance > 0.0) {
             return None;
         }
-        let spot = o + d * distance;
+        let spot = origin + direction * distance;
         let [x, y] = [spot.x - self.table_center[0], spot.y - self.table_center[1]];
         if x.abs().max(y.abs()) > TABLE_HALF {
             return None;
         }
-        let normal = self.world_from_support * Vector3::z();
+        let normal = Vector3::z();
         Some(Hit {
             distance,
             normal,

@@ -1,12 +1,10 @@
 //! A scene of the lab as a TOML file: what there is, how it is looked at, what is done to it. SI units.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::instruments::{CameraSpec, NoiseSpec};
-use super::script::ActionSpec;
-use crate::base::Pose;
+pub use super::instruments::{CameraSpec, NoiseSpec};
+pub use super::script::{ActionSpec, ToolSpec};
 
 /// A made-up tabletop with the script of what is done to it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -47,11 +45,12 @@ fn earth() -> [f64; 3] {
     [0.0, 0.0, -9.80665]
 }
 
-/// The table: its top is the plane z = 0 of the scene, tilted by `tilt` if that is hidden in the scene.
+/// The table: its top is the plane z = 0 of the scene. With a hidden `tilt` all coordinates are still the table's, but
+/// gravity leans against them, as where a robot's base stands on a table that is not level.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SupportSpec {
-    /// Slopes of the table along x and y, rad; the capture says nothing of them.
+    /// How steeply the table rises along x and y, rad; the capture says nothing of it.
     pub tilt: [f64; 2],
     /// A material name that the capture states.
     pub material: Option<String>,
@@ -60,12 +59,9 @@ pub struct SupportSpec {
 }
 
 impl SupportSpec {
-    /// The frame of the table: its origin is the world's, its z axis is the table's normal, which leans so that the
-    /// table rises by `tan tilt` along x and y.
-    pub fn world_from_support(&self) -> Pose {
-        let normal = Vector3::new(-self.tilt[0].tan(), -self.tilt[1].tan(), 1.0);
-        let rotation = UnitQuaternion::rotation_between(&Vector3::z(), &normal).unwrap_or_default();
-        Pose(Isometry3::from_parts(Translation3::identity(), rotation))
+    /// The angle between the table's normal and the vertical, rad.
+    pub fn lean(&self) -> f64 {
+        self.tilt[0].tan().hypot(self.tilt[1].tan()).atan()
     }
 }
 

@@ -33,7 +33,7 @@ pub struct Solid {
 }
 
 /// The shape of a convex piece, in its own frame, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum PartShape {
     /// A box with its centre at the origin.
     Box {
@@ -55,7 +55,7 @@ pub enum PartShape {
 }
 
 /// A convex piece of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ConvexPart {
     /// Its shape.
     pub shape: PartShape,
@@ -71,11 +71,11 @@ pub fn build_solids(scene: &Scene, base: &Path) -> Result<BTreeMap<String, Solid
     scene
         .body
         .iter()
-        .map(|body| Ok((body.name.clone(), build_solid(scene, body, base)?)))
+        .map(|body| Ok((body.name.clone(), build_solid(body, base)?)))
         .collect()
 }
 
-fn build_solid(scene: &Scene, body: &BodySpec, base: &Path) -> Result<Solid> {
+fn build_solid(body: &BodySpec, base: &Path) -> Result<Solid> {
     let mesh = match &body.shape {
         ShapeSpec::Mesh { file } => closed_mesh(&base.join(file))?,
         shape => surface(shape),
@@ -85,7 +85,7 @@ fn build_solid(scene: &Scene, body: &BodySpec, base: &Path) -> Result<Solid> {
         sum.with(Matter::ball(weight.mass, weight.position.into(), weight.radius))
     });
     let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), body.yaw);
-    let support_from_body = Isometry3::from_parts(body.position.into(), heading);
+    let world_from_body = Isometry3::from_parts(body.position.into(), heading);
     Ok(Solid {
         name: body.name.clone(),
         parts: parts(&body.shape, &mesh),
@@ -93,7 +93,7 @@ fn build_solid(scene: &Scene, body: &BodySpec, base: &Path) -> Result<Solid> {
         mass: matter.mass,
         com: matter.com,
         inertia: matter.inertia,
-        world_from_body: Pose(scene.support.world_from_support().0 * support_from_body),
+        world_from_body: Pose(world_from_body),
     })
 }
 

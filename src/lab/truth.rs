@@ -28,7 +28,7 @@ pub(super) fn truth(scene: &Scene, solids: &BTreeMap<String, Solid>) -> (Truth, 
         let frame_from_body = frame_from_body(body, solid);
         let path = format!("truth/{}.obj", body.name);
         files.push((path.clone(), write_obj(&moved(&solid.mesh, &frame_from_body))));
-        let mut right = true_body(scene, body, solid, &frame_from_body);
+        let mut right = true_body(body, solid, &frame_from_body);
         right.mesh = Some(path);
         truth.bodies.insert(body.name.clone(), right);
     }
@@ -58,10 +58,10 @@ fn moved(mesh: &Mesh, pose: &Isometry3<f64>) -> Mesh {
     }
 }
 
-fn true_body(scene: &Scene, body: &BodySpec, solid: &Solid, frame_from_body: &Isometry3<f64>) -> TrueBody {
+fn true_body(body: &BodySpec, solid: &Solid, frame_from_body: &Isometry3<f64>) -> TrueBody {
     let turn = frame_from_body.rotation.to_rotation_matrix();
     let i = turn * solid.inertia * turn.transpose();
-    let stands = !body.fixed && lowest(scene, solid) < TOUCH;
+    let stands = !body.fixed && lowest(solid) < TOUCH;
     TrueBody {
         mass: Some(solid.mass),
         friction_static: stands.then_some(body.friction.static_),
@@ -86,9 +86,8 @@ fn true_body(scene: &Scene, body: &BodySpec, solid: &Solid, frame_from_body: &Is
 }
 
 /// Height of the lowest point above the support, m.
-fn lowest(scene: &Scene, solid: &Solid) -> f64 {
-    let support_from_body = scene.support.world_from_support().0.inverse() * solid.world_from_body.0;
-    moved(&solid.mesh, &support_from_body)
+fn lowest(solid: &Solid) -> f64 {
+    moved(&solid.mesh, &solid.world_from_body)
         .bounds()
         .map_or(f64::INFINITY, |(low, _)| low.z)
 }
@@ -159,7 +158,7 @@ fn relations(scene: &Scene, solids: &BTreeMap<String, Solid>) -> BTreeMap<String
             let (Some(one), Some(other)) = (solids.get(&a.name), solids.get(&b.name)) else {
                 continue;
             };
-            let both_stand = lowest(scene, one) < TOUCH && lowest(scene, other) < TOUCH;
+            let both_stand = lowest(one) < TOUCH && lowest(other) < TOUCH;
             if !told && !both_stand && touch(one, other) {
                 relations.insert(format!("{}|{}", a.name, b.name), TrueRelation::Word("resting".into()));
             }
@@ -185,22 +184,21 @@ fn distance(a: &Solid, p: &ConvexPart, b: &Solid, q: &ConvexPart) -> f64 {
         let (t, r) = (pose.translation.vector, pose.rotation.scaled_axis());
         parry3d_f64::math::Pose::new(Vector::new(t.x, t.y, t.z), Vector::new(r.x, r.y, r.z))
     });
-    query::distance(&p_pose, &*parry_shape(p.shape), &q_pose, &*parry_shape(q.shape))
+    query::distance(&p_pose, &*parry_shape(&p.shape), &q_pose, &*parry_shape(&q.shape))
         .map_or(f64::INFINITY, |found| found.distance)
 }
 
-fn parry_shape(shape: PartShape) -> Box<dyn Shape> {
+fn parry_shape(shape: &PartShape) -> Box<dyn Shape> {
     match shape {
         PartShape::Box { half } => Box::new(Cuboid::new(Vector::new(half.x, half.y, half.z))),
-        PartShape::Cylinder { radius, half_height } => Box::new(Cylinder::new(half_height, radius)),
-        PartShape::Sphere { radius } => Box::new(Ball::new(radius)),
+        PartShape::Cylinder { radius, half_height } => Box::new(Cylinder::new(*half_height, *radius)),
+        PartShape::Sphere { radius } => Box::new(Ball::new(*radius)),
     }
 }
 
 /// What a plain model of this scene gets wrong.
 fn causes(scene: &Scene, solids: &BTreeMap<String, Solid>, truth: &mut Truth) {
-    let normal = scene.support.world_from_support().rotation * Vector3::z();
-    let angle = normal.angle(&Vector3::z());
+    let angle = scene.support.lean();
     if angle > 0.0 {
         truth.causes.push("support-tilt".into());
         let parameters = BTreeMap::from([("angle".to_owned(), angle)]);

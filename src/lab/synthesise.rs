@@ -126,3 +126,109 @@ fn known_beforehand(scene: &Scene, solids: &BTreeMap<String, Solid>) -> Vec<Body
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::{parse_scene, scene_named};
+    use crate::twin::TrueRelation;
+
+    fn stills(name: &str, seed: u64) -> Synthetic {
+        let mut scene = scene_named(name).expect("a scene");
+        scene.action.clear();
+        synthesise(&scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture")
+    }
+
+    /// A camera straight above a box: where its top is, and where the table is.
+    #[test]
+    fn the_depth_of_a_face_is_right_within_its_noise() {
+        let text = r#"
+            name = "still"
+            camera = { views = 3, elevations = [89.0], distance = 0.5, target = [0.0, 0.0, 0.0], labels = true }
+            [[body]]
+            name = "box"
+            shape = { kind = "box", size = [0.1, 0.1, 0.05] }
+            position = [0.0, 0.0, 0.025]
+        "#;
+        let scene = parse_scene(text, Path::new("still.toml")).expect("a scene");
+        let made = synthesise(&scene, Path::new("."), Seed(1), &Progress::silent()).expect("a capture");
+        let camera = &made.capture.cameras[0];
+        for view in &made.capture.views {
+            let labels = view.labels.as_ref().expect("labels");
+            for (label, height) in [(1, 0.05), (0, 0.0)] {
+                let errors: Vec<f64> = (0..labels.ids.len())
+                    .filter(|i| labels.ids[*i] == label && view.depth.counts[*i] > 0)
+                    .map(|i| {
+                        let (u, v) = ((i % 320) as f64, (i / 320) as f64);
+                        let z = f64::from(view.depth.counts[i]) * camera.depth_unit;
+                        let ray = Point3::new((u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z);
+                        (view.world_from_camera.0 * ray).z - height
+                    })
+                    // What flies between the top and the table at the edge is not noise.
+                    .filter(|e| e.abs() < 0.004)
+                    .collect();
+                assert!(errors.len() > 1000, "label {label}: {} readings", errors.len());
+                let n = errors.len() as f64;
+                let mean = errors.iter().sum::<f64>() / n;
+                let sd = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
+                assert!(mean.abs() < 5e-5, "label {label}: off by {mean}");
+                assert!((2e-4..5e-4).contains(&sd), "label {label}: noise {sd}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_bytes_on_one_thread_and_on_four() {
+        let run = |threads: usize, seed: u64| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("threads");
+            pool.install(|| format!("{:?}", stills("tiny", seed)))
+        };
+        let one = run(1, 7);
+        assert!(one == run(4, 7), "threads matter");
+        assert!(one != run(1, 8), "the seed does not matter");
+    }
+
+    #[test]
+    fn every_scene_of_the_lab_is_seen_and_has_its_truth() {
+        for (name, _) in crate::lab::scenes() {
+            let mut scene = scene_named(name).expect("a scene");
+            scene.action.clear();
+            scene.camera.views = 1;
+            let made = synthesise(&scene, Path::new("."), Seed(1), &Progress::silent()).expect(name);
+            assert_eq!(made.truth.bodies.len(), scene.body.len());
+            assert_eq!(made.files.len(), scene.body.len() + 1);
+            let back: Truth = serde_json::from_slice(&made.files[0].1).expect("the truth file");
+            assert_eq!(back, made.truth);
+            let read = made.capture.views[0].depth.counts.iter().filter(|c| **c > 0).count();
+            assert!(
+                read > made.capture.views[0].depth.counts.len() / 2,
+                "{name}: {read} readings"
+            );
+        }
+    }
+
+    #[test]
+    fn the_truth_of_the_demo_is_what_its_scene_says() {
+        let truth = stills("demo", 1).truth;
+        let word = |w: &str| TrueRelation::Word(w.into());
+        let expected = [
+            ("carcass|drawer", TrueRelation::Freedom([0, 1])),
+            ("glued-lower|glued-upper", TrueRelation::Freedom([0, 0])),
+            ("loose-lower|loose-upper", word("resting")),
+            ("post|flap", TrueRelation::Freedom([1, 0])),
+        ];
+        assert_eq!(truth.relations, expected.map(|(k, v)| (k.to_owned(), v)).into());
+        assert_eq!(truth.causes, ["com-offset"]);
+        let boxed = &truth.bodies["box"];
+        assert!((boxed.mass.expect("mass") - 0.352).abs() < 1e-12);
+        assert!((boxed.com.expect("com")[0] - 0.1 * 0.028 / 0.352).abs() < 1e-12);
+        let standing = ["box", "carcass", "foam", "glued-lower", "loose-lower", "mug", "post"];
+        let told = truth.bodies.iter().filter(|(_, b)| b.friction_static.is_some());
+        assert_eq!(told.map(|(name, _)| name.as_str()).collect::<Vec<_>>(), standing);
+        assert_eq!(truth.bodies["mug"].symmetry.len(), 1);
+        assert_eq!(truth.bodies["foam"].stiffness, Some(2500.0));
+    }
+}

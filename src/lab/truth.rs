@@ -173,17 +173,18 @@ fn touch(a: &Solid, b: &Solid) -> bool {
         .any(|p| b.parts.iter().any(|q| distance(a, p, b, q) < TOUCH))
 }
 
+/// World-from-shape of a part; parry's cylinders stand along y, the lab's along z.
+fn place(solid: &Solid, part: &ConvexPart) -> parry3d_f64::math::Pose {
+    let mut pose = solid.world_from_body.0 * part.body_from_part.0;
+    if matches!(part.shape, PartShape::Cylinder { .. }) {
+        pose *= Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
+    }
+    let (t, r) = (pose.translation.vector, pose.rotation.scaled_axis());
+    parry3d_f64::math::Pose::new(Vector::new(t.x, t.y, t.z), Vector::new(r.x, r.y, r.z))
+}
+
 fn distance(a: &Solid, p: &ConvexPart, b: &Solid, q: &ConvexPart) -> f64 {
-    // parry's cylinders stand along y, the lab's along z.
-    let upright = |pose: Isometry3<f64>, part: &ConvexPart| match part.shape {
-        PartShape::Cylinder { .. } => pose * Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2),
-        _ => pose,
-    };
-    let [p_pose, q_pose] = [(a, p), (b, q)].map(|(solid, part)| {
-        let pose = upright(solid.world_from_body.0 * part.body_from_part.0, part);
-        let (t, r) = (pose.translation.vector, pose.rotation.scaled_axis());
-        parry3d_f64::math::Pose::new(Vector::new(t.x, t.y, t.z), Vector::new(r.x, r.y, r.z))
-    });
+    let (p_pose, q_pose) = (place(a, p), place(b, q));
     query::distance(&p_pose, &*parry_shape(&p.shape), &q_pose, &*parry_shape(&q.shape))
         .map_or(f64::INFINITY, |found| found.distance)
 }
@@ -215,5 +216,47 @@ fn causes(scene: &Scene, solids: &BTreeMap<String, Solid>, truth: &mut Truth) {
         truth.causes.push("com-offset".into());
         let parameters = BTreeMap::from([("distance".to_owned(), shift)]);
         truth.cause_parameters.insert("com-offset".into(), parameters);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::lab::{build_solids, scene_named, scenes};
+
+    #[test]
+    fn no_two_bodies_of_a_scene_are_in_each_other() {
+        for (name, _) in scenes() {
+            let scene = scene_named(name).expect("a scene");
+            let solids: Vec<Solid> = build_solids(&scene, Path::new("."))
+                .expect("solids")
+                .into_values()
+                .collect();
+            for (i, a) in solids.iter().enumerate() {
+                for b in &solids[i + 1..] {
+                    for (p, q) in a.parts.iter().flat_map(|p| b.parts.iter().map(move |q| (p, q))) {
+                        let (one, other) = (parry_shape(&p.shape), parry_shape(&q.shape));
+                        let contact = query::contact(&place(a, p), &*one, &place(b, q), &*other, 0.0).expect("shapes");
+                        let depth = contact.map_or(0.0, |c| -c.dist);
+                        assert!(depth < 1e-5, "{name}: {} is {depth} m inside {}", a.name, b.name);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_body_that_is_never_tracked_is_told_at_its_centre_in_world_axes() {
+        let mut scene = scene_named("weighted-box").expect("a scene");
+        scene.body[0].tracked = false;
+        scene.body[0].yaw = std::f64::consts::FRAC_PI_2;
+        let solids = build_solids(&scene, Path::new(".")).expect("solids");
+        let (told, _) = truth(&scene, &solids);
+        let (own, com) = (solids["box"].com, told.bodies["box"].com.expect("com"));
+        for (a, b) in com.iter().zip([-own.y, own.x, own.z]) {
+            assert!((a - b).abs() < 1e-12, "{com:?} from {own}");
+        }
     }
 }

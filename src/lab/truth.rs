@@ -66,8 +66,8 @@ fn true_body(body: &BodySpec, solid: &Solid, frame_from_body: &Isometry3<f64>) -
         mass: Some(solid.mass),
         friction_static: stands.then_some(body.friction.static_),
         friction_kinetic: stands.then_some(body.friction.kinetic),
-        com: Some((frame_from_body * solid.com).into()),
-        inertia: Some([i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]]),
+        com: Some((frame_from_body * solid.com).coords.map(without_dust).into()),
+        inertia: Some([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| without_dust(i[at]))),
         stiffness: body.foam.map(|foam| foam.stiffness),
         damping: body.foam.map(|foam| foam.damping),
         restitution: None,
@@ -83,6 +83,11 @@ fn true_body(body: &BodySpec, solid: &Solid, frame_from_body: &Isometry3<f64>) -
             })
             .collect(),
     }
+}
+
+/// The number without what rounding left where zero should be; 1 pm and 1e-12 kg·m² are far below what is scored.
+fn without_dust(value: f64) -> f64 {
+    if value.abs() < 1e-12 { 0.0 } else { value }
 }
 
 /// Height of the lowest point above the support, m.

@@ -55,7 +55,7 @@ pub fn perform(scene: &Scene, solids: &BTreeMap<String, Solid>, progress: &Progr
     perform_in_steps(scene, solids, progress, STEP)
 }
 
-fn perform_in_steps(
+pub(super) fn perform_in_steps(
     scene: &Scene,
     solids: &BTreeMap<String, Solid>,
     progress: &Progress,

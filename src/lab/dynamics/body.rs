@@ -128,13 +128,15 @@ impl RigidBody {
         Pose(Isometry3::from_parts(Translation3::from(origin), self.frame.rotation))
     }
 
-    /// 1/m along a line through the world point, at worst: `1/m + r²/I_min`; 0 for what is held to the world.
+    /// How readily a world point gives way in its softest direction, 1/kg: the largest eigenvalue of
+    /// `1/m - [r] I⁻¹ [r]` with the arm `r`; 0 for what is held to the world.
     pub fn compliance_at(&self, point: &Vector3<f64>) -> f64 {
         if self.fixed {
             return 0.0;
         }
-        let arm = (point - self.frame.position).norm_squared();
-        1.0 / self.mass + arm * self.angular_compliance()
+        let arm = self.frame.local(point).cross_matrix();
+        let turning = arm.transpose() * self.inverse_inertia * arm;
+        1.0 / self.mass + turning.symmetric_eigenvalues().max()
     }
 
     /// 1/I of the lightest axis; 0 for what is held to the world.

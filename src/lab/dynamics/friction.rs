@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 /// Sliding speed at which the coefficient has fallen most of the way to the kinetic one, m/s.
-const STRIBECK: f64 = 0.002;
+const STRIBECK: f64 = 0.0005;
 /// Stretch at break-away, m.
 const PRESLIDING: f64 = 15e-6;
 /// Damping ratio of a body that stands on its bristles under its own weight.
@@ -83,12 +83,10 @@ impl Bristle {
             self.stretch = stretch * (limit / length.max(1e-300));
             return self.stretch * -law.stiffness;
         }
-        if length * law.stiffness < 0.9 * law.kinetic || speed < 0.05 * STRIBECK {
-            self.slipping = false;
-        }
         self.stretch = stretch;
         let force = stretch * law.stiffness + sliding * law.damping;
         let size = force.norm();
+        self.slipping = if self.slipping { speed > 0.2 * STRIBECK } else { size > level };
         -if size > level { force * (level / size) } else { force }
     }
 }

@@ -9,6 +9,8 @@ mod friction;
 mod joint;
 mod patch;
 mod script;
+#[cfg(test)]
+mod tests;
 mod tool;
 mod weld;
 mod world;

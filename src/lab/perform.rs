@@ -62,8 +62,11 @@ pub(super) fn perform_in_steps(
     dt: f64,
 ) -> Result<Vec<Performance>> {
     let ties = Ties::new(scene, solids);
-    let scripts: Vec<Script> =
-        scene.action.iter().map(|action| Script::new(scene, action, solids.values())).collect::<Result<_>>()?;
+    let scripts: Vec<Script> = scene
+        .action
+        .iter()
+        .map(|action| Script::new(scene, action, solids.values()))
+        .collect::<Result<_>>()?;
     let done = scripts.par_iter().map(|script| {
         let performance = Stage::set(scene, solids, &ties, script, dt).play();
         progress.advance();
@@ -87,7 +90,10 @@ impl<'a> Stage<'a> {
         let names = participants(solids, ties, script);
         let alone: BTreeMap<String, Solid>;
         let solids = if script.tilting.is_some() {
-            alone = names.iter().filter_map(|n| Some((n.clone(), put_on_table(solids.get(n)?)))).collect();
+            alone = names
+                .iter()
+                .filter_map(|n| Some((n.clone(), put_on_table(solids.get(n)?))))
+                .collect();
             &alone
         } else {
             solids
@@ -98,7 +104,10 @@ impl<'a> Stage<'a> {
         Self {
             script,
             tracked: (0..world.names.len()).filter(tracked).collect(),
-            hand: script.wielding.as_ref().and_then(|w| hand_of(scene, solids, &world, script, w)),
+            hand: script
+                .wielding
+                .as_ref()
+                .and_then(|w| hand_of(scene, solids, &world, script, w)),
             gravity: world.gravity,
             world,
             dt,
@@ -161,7 +170,12 @@ impl<'a> Stage<'a> {
         let Some(tilting) = &self.script.tilting else {
             return false;
         };
-        let moved = self.world.bodies.iter().zip(start).map(|(b, s)| (b.frame.position - s).xy().norm());
+        let moved = self
+            .world
+            .bodies
+            .iter()
+            .zip(start)
+            .map(|(b, s)| (b.frame.position - s).xy().norm());
         moved.fold(0.0, f64::max) >= tilting.slide
     }
 }
@@ -231,7 +245,8 @@ impl Record {
         let mut world_from_support = UnitQuaternion::identity();
         if let Some(tilting) = &script.tilting {
             world_from_support = UnitQuaternion::from_axis_angle(&tilting.axis, tilting.angle.at(time).0);
-            seen.support_normal.push(UnitVector3::new_normalize(world_from_support * Vector3::z()));
+            seen.support_normal
+                .push(UnitVector3::new_normalize(world_from_support * Vector3::z()));
         }
         for i in tracked {
             if let Some(track) = seen.tracks.get_mut(&world.names[*i]) {

@@ -58,7 +58,9 @@ pub(crate) fn participants(solids: &BTreeMap<String, Solid>, ties: &Ties, script
     if script.tilting.is_none() {
         ties.close(&mut names);
         if let (Some(wielding), Some(body)) = (&script.wielding, solids.get(target)) {
-            let within = solids.iter().filter(|(_, other)| is_within_reach(wielding, body, other));
+            let within = solids
+                .iter()
+                .filter(|(_, other)| is_within_reach(wielding, body, other));
             names.extend(within.map(|(name, _)| name.clone()));
             ties.close(&mut names);
         }

@@ -28,9 +28,7 @@ pub(crate) fn reach(shape: &PartShape) -> f64 {
 pub(crate) fn support_radius(shape: &PartShape, direction: &Vector3<f64>) -> f64 {
     match shape {
         PartShape::Box { half } => half.dot(&direction.abs()),
-        PartShape::Cylinder { radius, half_height } => {
-            radius * direction.xy().norm() + half_height * direction.z.abs()
-        }
+        PartShape::Cylinder { radius, half_height } => radius * direction.xy().norm() + half_height * direction.z.abs(),
         PartShape::Sphere { radius } => *radius,
     }
 }
@@ -66,7 +64,12 @@ fn nearest_on_box(half: &Vector3<f64>, p: &Vector3<f64>, other: &Vector3<f64>) -
     };
     let mut best_faces_other = false;
     for axis in 0..3 {
-        let sign = if other[axis].abs() > half[axis] { other[axis] } else { p[axis] }.signum();
+        let sign = if other[axis].abs() > half[axis] {
+            other[axis]
+        } else {
+            p[axis]
+        }
+        .signum();
         let faces_other = other[axis].abs() > half[axis];
         let distance = sign * p[axis] - half[axis];
         if (faces_other, distance) > (best_faces_other, best.distance) {

@@ -4,77 +4,94 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::body::Frame;
 
-/// One smooth move of a travel from `from` to `to`: the speed rises and falls as a cubic, with a plateau between.
+/// A stretch of time over which the speed goes smoothly (as a cubic) from one value to another.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Move {
+struct Ramp {
     start: f64,
+    duration: f64,
     from: f64,
-    to: f64,
-    peak: f64,
-    rise: f64,
-    plateau: f64,
-    fall: f64,
+    first: f64,
+    last: f64,
 }
 
-impl Move {
-    /// Begins at `start` with at most `speed`, and mean accelerations of `gather` and `brake`.
-    pub fn new(start: f64, (from, to): (f64, f64), speed: f64, gather: f64, brake: f64) -> Self {
-        let distance = (to - from).abs();
-        let cost = 0.5 / gather + 0.5 / brake;
-        let peak = speed.min((distance / cost).sqrt()).max(1e-9);
-        let plateau = ((distance - peak * peak * cost) / peak).max(0.0);
+impl Ramp {
+    fn at(&self, time: f64) -> (f64, f64) {
+        let t = (time - self.start).clamp(0.0, self.duration);
+        let u = if self.duration > 0.0 { t / self.duration } else { 0.0 };
+        let gain = self.last - self.first;
+        let travel = self.from + self.first * t + gain * self.duration * u * u * u * (1.0 - 0.5 * u);
+        (travel, self.first + gain * u * u * (3.0 - 2.0 * u))
+    }
+}
+
+/// How far a thing has travelled at each time, legs and rests one after another.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Moves {
+    ramps: Vec<Ramp>,
+    time: f64,
+    travel: f64,
+    speed: f64,
+}
+
+impl Moves {
+    /// At rest at a travel, from time 0 on.
+    pub fn from(travel: f64) -> Self {
         Self {
-            start,
-            from,
-            to,
-            peak,
-            rise: peak / gather,
-            plateau,
-            fall: peak / brake,
+            travel,
+            ..Self::default()
         }
+    }
+
+    /// Goes on as it goes for some seconds (at rest, it rests).
+    pub fn rest(mut self, seconds: f64) -> Self {
+        self.ramp(self.speed, seconds.max(0.0));
+        self
+    }
+
+    /// Goes straight to the travel `to`, with at most `speed` on the way and the speed `last` there, with mean
+    /// accelerations of `gather` and `brake`. Where it must turn about, it must be at rest.
+    pub fn leg(mut self, to: f64, last: f64, speed: f64, gather: f64, brake: f64) -> Self {
+        let (distance, sign) = ((to - self.travel).abs(), (to - self.travel).signum());
+        let first = self.speed.abs();
+        let (up, down) = (0.5 / gather, 0.5 / brake);
+        let highest = ((distance + first * first * up + last * last * down) / (up + down)).sqrt();
+        let peak = speed.min(highest).max(first).max(last).max(1e-9);
+        let plateau = distance - (peak * peak - first * first) * up - (peak * peak - last * last) * down;
+        self.ramp(sign * peak, (peak - first) / gather);
+        self.ramp(sign * peak, plateau.max(0.0) / peak);
+        self.ramp(sign * last, (peak - last) / brake);
+        self.travel = to;
+        self
+    }
+
+    fn ramp(&mut self, last: f64, duration: f64) {
+        self.ramps.push(Ramp {
+            start: self.time,
+            duration,
+            from: self.travel,
+            first: self.speed,
+            last,
+        });
+        self.time += duration;
+        self.travel += 0.5 * (self.speed + last) * duration;
+        self.speed = last;
     }
 
     /// When it is over.
     pub fn end(&self) -> f64 {
-        self.start + self.rise + self.plateau + self.fall
+        self.time
     }
 
-    /// Travel and its rate.
-    fn at(&self, time: f64) -> (f64, f64) {
-        let t = time - self.start;
-        let (done, speed) = if t <= 0.0 {
-            (0.0, 0.0)
-        } else if t < self.rise {
-            let u = t / self.rise;
-            (self.peak * self.rise * u * u * u * (1.0 - 0.5 * u), self.peak * u * u * (3.0 - 2.0 * u))
-        } else if t < self.rise + self.plateau {
-            (self.peak * (t - 0.5 * self.rise), self.peak)
-        } else {
-            let u = ((self.end() - time) / self.fall).clamp(0.0, 1.0);
-            let left = self.peak * self.fall * u * u * u * (1.0 - 0.5 * u);
-            ((self.to - self.from).abs() - left, self.peak * u * u * (3.0 - 2.0 * u))
-        };
-        let sign = (self.to - self.from).signum();
-        (self.from + sign * done, sign * speed)
-    }
-}
-
-/// Moves one after another.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Moves(pub Vec<Move>);
-
-impl Moves {
     /// Travel and its rate at a time.
     pub fn at(&self, time: f64) -> (f64, f64) {
-        match self.0.iter().rev().find(|m| m.start <= time).or(self.0.first()) {
-            Some(found) => found.at(time),
-            None => (0.0, 0.0),
-        }
+        let ramp = self.ramps.iter().rev().find(|r| r.start <= time).or(self.ramps.first());
+        ramp.map_or((self.travel, 0.0), |r| r.at(time))
     }
 
     /// The farthest travels either way.
     pub fn range(&self) -> (f64, f64) {
-        self.0.iter().fold((0.0, 0.0), |(l, h): (f64, f64), m| (l.min(m.from.min(m.to)), h.max(m.from.max(m.to))))
+        let ends = self.ramps.iter().map(|r| r.from).chain([self.travel]);
+        ends.fold((0.0, 0.0), |(low, high): (f64, f64), x| (low.min(x), high.max(x)))
     }
 }
 
@@ -139,13 +156,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_move_arrives_and_its_rate_is_the_derivative() {
-        let step = Move::new(0.5, (0.1, -0.05), 0.05, 0.5, 2.0);
-        assert!((step.at(step.end()).0 + 0.05).abs() < 1e-12);
-        for k in 0..400 {
+    fn moves_arrive_and_their_rate_is_the_derivative() {
+        let moves = Moves::from(0.1)
+            .rest(0.5)
+            .leg(0.02, 0.005, 0.05, 0.5, 2.0)
+            .leg(-0.05, 0.0, 0.03, 1.0, 0.5)
+            .rest(0.1)
+            .leg(0.0, 0.0, 10.0, 1.0, 1.0);
+        assert!((moves.at(0.3).0 - 0.1).abs() < 1e-12 && moves.at(moves.end()).0.abs() < 1e-12);
+        for k in 0..800 {
             let t = 0.4 + 0.01 * f64::from(k);
-            let slope = (step.at(t + 1e-6).0 - step.at(t - 1e-6).0) / 2e-6;
-            assert!((slope - step.at(t).1).abs() < 1e-5, "at {t}");
+            let slope = (moves.at(t + 1e-6).0 - moves.at(t - 1e-6).0) / 2e-6;
+            assert!((slope - moves.at(t).1).abs() < 1e-5, "at {t}");
         }
     }
 }

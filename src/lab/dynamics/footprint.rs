@@ -34,7 +34,11 @@ pub(crate) enum Foot {
     /// Fixed to the body, with a radius about it (0 = a point).
     Ball { at: Vector3<f64>, radius: f64 },
     /// The lowest point of a circle about `axis`: it wanders as the body rolls.
-    Rim { at: Vector3<f64>, axis: Vector3<f64>, radius: f64 },
+    Rim {
+        at: Vector3<f64>,
+        axis: Vector3<f64>,
+        radius: f64,
+    },
 }
 
 impl Foot {
@@ -69,7 +73,11 @@ pub(crate) fn underside(solid: &Solid) -> Vec<(Foot, f64)> {
         .map(|feet| (lowest_of(&feet, &world_from_com), feet))
         .collect::<Vec<_>>();
     let floor = lowest.iter().map(|(z, _)| *z).fold(f64::INFINITY, f64::min);
-    let mut feet: Vec<_> = lowest.into_iter().filter(|(z, _)| *z < floor + FLAT).flat_map(|(_, feet)| feet).collect();
+    let mut feet: Vec<_> = lowest
+        .into_iter()
+        .filter(|(z, _)| *z < floor + FLAT)
+        .flat_map(|(_, feet)| feet)
+        .collect();
     let total: f64 = feet.iter().map(|(_, weight)| weight).sum();
     feet.iter_mut().for_each(|(_, weight)| *weight /= total.max(1.0));
     feet
@@ -89,7 +97,10 @@ fn of_part(solid: &Solid, part: &ConvexPart) -> Vec<(Foot, f64)> {
     let turn = solid.world_from_body.0.rotation * place.rotation;
     let down = turn.inverse_transform_vector(&-Vector3::z());
     let local = |p: Vector3<f64>| place.rotation * p + place.translation.vector - solid.com.coords;
-    let point = |p: Vector3<f64>| Foot::Ball { at: local(p), radius: 0.0 };
+    let point = |p: Vector3<f64>| Foot::Ball {
+        at: local(p),
+        radius: 0.0,
+    };
     match &part.shape {
         PartShape::Sphere { radius } => vec![(
             Foot::Ball {
@@ -103,11 +114,21 @@ fn of_part(solid: &Solid, part: &ConvexPart) -> Vec<(Foot, f64)> {
             .map(|(x, weight)| {
                 let at = local(Vector3::z() * (x * half_height));
                 let axis = place.rotation * Vector3::z();
-                (Foot::Rim { at, axis, radius: *radius }, *weight)
+                (
+                    Foot::Rim {
+                        at,
+                        axis,
+                        radius: *radius,
+                    },
+                    *weight,
+                )
             })
             .collect(),
         PartShape::Cylinder { radius, half_height } if down.z.abs() > 0.9998 => {
-            disc(*radius, half_height * down.z.signum()).into_iter().map(|(p, w)| (point(p), w)).collect()
+            disc(*radius, half_height * down.z.signum())
+                .into_iter()
+                .map(|(p, w)| (point(p), w))
+                .collect()
         }
         PartShape::Box { half } if down.abs().max() > 0.9998 => {
             face(half, &down).into_iter().map(|(p, w)| (point(p), w)).collect()
@@ -122,7 +143,10 @@ fn disc(radius: f64, z: f64) -> Vec<(Vector3<f64>, f64)> {
         let r = radius * square.sqrt();
         for k in 0..*count {
             let angle = std::f64::consts::TAU * (k as f64 + 0.5 * ring as f64) / *count as f64;
-            points.push((Vector3::new(r * angle.cos(), r * angle.sin(), z), weight / *count as f64));
+            points.push((
+                Vector3::new(r * angle.cos(), r * angle.sin(), z),
+                weight / *count as f64,
+            ));
         }
     }
     points
@@ -159,7 +183,10 @@ pub(crate) fn shell(shape: &PartShape) -> Vec<(Vector3<f64>, f64)> {
             .filter(|k| *k != 13)
             .map(|k| {
                 let (x, y, z) = (k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-                (half.component_mul(&Vector3::new(f64::from(x), f64::from(y), f64::from(z))), 0.0)
+                (
+                    half.component_mul(&Vector3::new(f64::from(x), f64::from(y), f64::from(z))),
+                    0.0,
+                )
             })
             .collect(),
     }
@@ -167,8 +194,12 @@ pub(crate) fn shell(shape: &PartShape) -> Vec<(Vector3<f64>, f64)> {
 
 /// The flat underside of a surface of any outline: cells of a grid weighted by their area, and the outline itself.
 fn of_mesh(solid: &Solid, world_from_com: &Isometry3<f64>) -> Vec<(Foot, f64)> {
-    let vertices: Vec<Vector3<f64>> =
-        solid.mesh.vertices.iter().map(|p| (solid.world_from_body.0 * p).coords).collect();
+    let vertices: Vec<Vector3<f64>> = solid
+        .mesh
+        .vertices
+        .iter()
+        .map(|p| (solid.world_from_body.0 * p).coords)
+        .collect();
     let floor = vertices.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
     let faces: Vec<[Vector2<f64>; 3]> = (0..solid.mesh.triangles.len())
         .map(|i| solid.mesh.triangles[i].map(|v| vertices[v as usize]))
@@ -187,7 +218,13 @@ fn of_mesh(solid: &Solid, world_from_com: &Isometry3<f64>) -> Vec<(Foot, f64)> {
         .chain(corners.into_iter().map(|p| (p, share)))
         .map(|(p, weight)| {
             let at = world_from_com.inverse() * nalgebra::Point3::new(p.x, p.y, floor);
-            (Foot::Ball { at: at.coords, radius: 0.0 }, weight)
+            (
+                Foot::Ball {
+                    at: at.coords,
+                    radius: 0.0,
+                },
+                weight,
+            )
         })
         .collect()
 }
@@ -198,7 +235,10 @@ fn cells_of(faces: &[[Vector2<f64>; 3]]) -> Vec<(Vector2<f64>, f64)> {
     let Some(first) = faces.first().map(|f| f[0]) else {
         return Vec::new();
     };
-    let (low, high) = faces.iter().flatten().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
+    let (low, high) = faces
+        .iter()
+        .flatten()
+        .fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
     let step = (high - low) / (CELLS * FINE) as f64;
     let mut cells = vec![(Vector2::zeros(), 0.0); CELLS * CELLS];
     for i in 0..CELLS * FINE {
@@ -217,7 +257,11 @@ fn cells_of(faces: &[[Vector2<f64>; 3]]) -> Vec<(Vector2<f64>, f64)> {
 
 fn covers(face: &[Vector2<f64>; 3], p: &Vector2<f64>) -> bool {
     let side = |a: &Vector2<f64>, b: &Vector2<f64>| (b - a).perp(&(p - a));
-    let s = [side(&face[0], &face[1]), side(&face[1], &face[2]), side(&face[2], &face[0])];
+    let s = [
+        side(&face[0], &face[1]),
+        side(&face[1], &face[2]),
+        side(&face[2], &face[0]),
+    ];
     s.iter().all(|x| *x >= 0.0) || s.iter().all(|x| *x <= 0.0)
 }
 

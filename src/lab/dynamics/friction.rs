@@ -86,7 +86,11 @@ impl Bristle {
         self.stretch = stretch;
         let force = stretch * law.stiffness + sliding * law.damping;
         let size = force.norm();
-        self.slipping = if self.slipping { speed > 0.2 * STRIBECK } else { size > level };
+        self.slipping = if self.slipping {
+            speed > 0.2 * STRIBECK
+        } else {
+            size > level
+        };
         -if size > level { force * (level / size) } else { force }
     }
 }

@@ -49,7 +49,11 @@ impl Joint {
         let turn_compliance = body_a.angular_compliance() + body_b.angular_compliance();
         let linear = stiff(WANTED.0, point_compliance);
         let angular = stiff(WANTED.1, turn_compliance);
-        let (preslide, along) = if revolute { (PRESLIDING.0, angular) } else { (PRESLIDING.1, linear) };
+        let (preslide, along) = if revolute {
+            (PRESLIDING.0, angular)
+        } else {
+            (PRESLIDING.1, linear)
+        };
         let compliance = if revolute { turn_compliance } else { point_compliance };
         let (bristle_stiffness, bristle_damping) = stiff(spec.friction / preslide, compliance);
         let side = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
@@ -128,7 +132,11 @@ impl Joint {
             let limit = self.friction / self.bristle_stiffness;
             let stretch = self.bristle + rate * dt;
             self.bristle = stretch.clamp(-limit, limit);
-            let viscous = if stretch == self.bristle { self.bristle_damping * rate } else { 0.0 };
+            let viscous = if stretch == self.bristle {
+                self.bristle_damping * rate
+            } else {
+                0.0
+            };
             effort -= (self.bristle_stiffness * self.bristle + viscous).clamp(-self.friction, self.friction);
         }
         if let Some([low, high]) = self.limits {

@@ -11,6 +11,8 @@ use super::friction::{Bristle, DryFriction};
 pub(crate) const CONTACT_FREQUENCY: f64 = 4000.0;
 /// Damping ratio of contacts.
 const RATIO: f64 = 0.8;
+/// A point hardens beyond this multiple of the mean penetration, by this share of the whole stiffness.
+const HARDENING: (f64, f64) = (4.0, 0.1);
 
 /// How a contact answers penetration. It can only push.
 #[derive(Clone, Copy, Debug)]
@@ -47,11 +49,19 @@ impl Spring {
         }
     }
 
-    /// Normal force at a penetration and the rate at which it shrinks; never negative.
+    /// Normal force of a point with this share of the stiffness, at a penetration and the rate at which it shrinks; never
+    /// negative. A point that is loaded far beyond the `usual` penetration hardens, so that edges are sharp when a
+    /// body tips over them.
     #[inline]
-    pub fn force(&self, depth: f64, leaving: f64) -> f64 {
+    fn force(&self, weight: f64, depth: f64, leaving: f64, usual: f64) -> f64 {
         let ramp = if depth < self.onset { depth / self.onset } else { 1.0 };
-        (self.stiffness * depth - self.damping * ramp * leaving).max(0.0)
+        let plain = weight * (self.stiffness * depth - self.damping * ramp * leaving).max(0.0);
+        let beyond = depth - HARDENING.0 * usual;
+        if self.onset > 0.0 || beyond <= 0.0 {
+            return plain;
+        }
+        let ramp = (beyond / (HARDENING.0 * usual).max(1e-9)).min(1.0);
+        plain + HARDENING.1 * (self.stiffness * beyond - self.damping * ramp * leaving).max(0.0)
     }
 }
 
@@ -63,18 +73,23 @@ pub(crate) struct Patch {
     piece: Piece,
     spring: Spring,
     law: DryFriction,
+    usual: f64,
 }
 
 impl Patch {
     /// `reach` encloses all feet about the owner's origin.
     pub fn new(feet: &[(Foot, f64)], reach: f64, piece: Piece, spring: Spring, law: DryFriction) -> Self {
-        let feet = feet.iter().map(|(foot, weight)| (foot.clone(), *weight, Bristle::default())).collect();
+        let feet = feet
+            .iter()
+            .map(|(foot, weight)| (foot.clone(), *weight, Bristle::default()))
+            .collect();
         Self {
             feet,
             reach,
             piece,
             spring,
             law,
+            usual: 0.0,
         }
     }
 
@@ -107,6 +122,7 @@ impl Patch {
             return wrench;
         }
         let centre = axes.tr_mul(&apart);
+        let usual = std::mem::take(&mut self.usual);
         for (foot, weight, bristle) in &mut self.feet {
             let (p, radius) = foot.place(owner);
             let found = nearest(&self.piece.shape, &axes.tr_mul(&(p - origin)), &centre);
@@ -118,7 +134,8 @@ impl Patch {
             let normal = axes * found.normal;
             let at = p - normal * (radius - 0.5 * depth.min(radius));
             let velocity = owner.velocity_at(&at) - other.velocity_at(&at);
-            let size = *weight * self.spring.force(depth, normal.dot(&velocity));
+            self.usual += *weight * depth;
+            let size = self.spring.force(*weight, depth, normal.dot(&velocity), usual);
             let friction = bristle.advance(&self.law, &normal, &velocity, dt);
             wrench.push(&at, (normal + friction) * size);
         }
@@ -136,11 +153,19 @@ pub(crate) struct Standing {
     spring: Spring,
     law: DryFriction,
     stands: bool,
+    usual: f64,
 }
 
 impl Standing {
     /// `lowest`: height of the lowest foot at first.
-    pub fn new(feet: &[(Foot, f64)], guards: &[(Foot, f64)], reach: f64, mass: f64, lowest: f64, law: DryFriction) -> Self {
+    pub fn new(
+        feet: &[(Foot, f64)],
+        guards: &[(Foot, f64)],
+        reach: f64,
+        mass: f64,
+        lowest: f64,
+        law: DryFriction,
+    ) -> Self {
         let with = |feet: &[(Foot, f64)]| feet.iter().map(|(f, w)| (f.clone(), *w, Bristle::default())).collect();
         let mut spring = Spring::carrying(mass);
         let stands = lowest.abs() < 5e-4;
@@ -154,6 +179,7 @@ impl Standing {
             spring,
             law,
             stands,
+            usual: 0.0,
         }
     }
 
@@ -168,6 +194,7 @@ impl Standing {
         if owner.position.z > self.reach + 1e-3 {
             return wrench;
         }
+        let usual = std::mem::take(&mut self.usual);
         let all = if leans { self.guards.as_mut_slice() } else { &mut [] };
         for (foot, weight, bristle) in self.feet.iter_mut().chain(all) {
             let (p, radius) = foot.place(owner);
@@ -178,7 +205,8 @@ impl Standing {
             }
             let at = Vector3::new(p.x, p.y, p.z - radius);
             let velocity = owner.velocity_at(&at);
-            let size = *weight * self.spring.force(depth, velocity.z);
+            self.usual += *weight * depth;
+            let size = self.spring.force(*weight, depth, velocity.z, usual);
             let friction = bristle.advance(&self.law, &Vector3::z(), &velocity, dt);
             wrench.push(&at, (Vector3::z() + friction) * size);
         }

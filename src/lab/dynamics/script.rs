@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 use super::body::Frame;
 use super::distance::{nearest, reach, support_radius};
-use super::drive::{Course, Drive, Move, Moves};
+use super::drive::{Course, Drive, Moves};
 use crate::base::{Error, Result};
 use crate::capture::{Kind, Tool, ToolShape};
 use crate::lab::scene::{ActionSpec, BodySpec, JointSpec, JointSpecKind, Scene, ToolSpec};
@@ -17,10 +17,17 @@ const AFTER: f64 = 0.4;
 const ATTACH: f64 = 0.3;
 /// Mean acceleration of the tool, m/s²; of a tool that leaves a body coasting; of the support, rad/s².
 const GENTLE: f64 = 0.5;
+/// The least one of a tool that shoves a body which has broken loose (its inertia should not hide how it broke
+/// loose), and the share of the travel after which it is to be at speed.
+const SHOVING: (f64, f64) = (0.15, 0.2);
 const ABRUPT: f64 = 30.0;
 const TURNING: f64 = 1.0;
 /// How far a push starts behind the contact, at best and at least, m.
 const RUN_UP: [f64; 6] = [0.028, 0.025, 0.02, 0.015, 0.01, 0.006];
+/// A push that is not to leave the body coasting comes to the contact at this speed, m/s, so that the body breaks loose
+/// before the blow of the contact could shove it; from this far before the contact to this far behind it, m.
+const CAREFUL: f64 = 0.004;
+const BEWARE: (f64, f64) = (-0.0015, 0.001);
 /// How far above the contact a press starts, m.
 const ABOVE: f64 = 0.015;
 /// How far the tool draws back at the end, m.
@@ -84,8 +91,19 @@ impl Script {
 
     fn of_target(scene: &Scene, name: &str, target: &str, kind: Kind, held_out: bool) -> Result<Self> {
         if !scene.body.iter().any(|b: &BodySpec| b.name == target) {
-            let known = scene.body.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(wrong(scene, name, "target", target, &format!("one of the bodies: {known}")));
+            let known = scene
+                .body
+                .iter()
+                .map(|b| b.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", ");
+            return Err(wrong(
+                scene,
+                name,
+                "target",
+                target,
+                &format!("one of the bodies: {known}"),
+            ));
         }
         Ok(Self {
             name: name.to_owned(),
@@ -107,7 +125,15 @@ fn unit(scene: &Scene, action: &str, key: &str, vector: [f64; 3]) -> Result<Vect
     Vector3::from(vector)
         .try_normalize(1e-9)
         .filter(|v| v.iter().all(|x| x.is_finite()))
-        .ok_or_else(|| wrong(scene, action, key, &format!("{vector:?}"), "a direction that is not zero"))
+        .ok_or_else(|| {
+            wrong(
+                scene,
+                action,
+                key,
+                &format!("{vector:?}"),
+                "a direction that is not zero",
+            )
+        })
 }
 
 fn positive(scene: &Scene, action: &str, key: &str, value: f64) -> Result<f64> {
@@ -124,9 +150,10 @@ fn tool_of(spec: &ToolSpec) -> (ToolShape, PartShape) {
             let half = Vector3::from(half);
             (ToolShape::Box { half }, PartShape::Box { half })
         }
-        ToolSpec::Cylinder { radius, half_height } => {
-            (ToolShape::Cylinder { radius, half_height }, PartShape::Cylinder { radius, half_height })
-        }
+        ToolSpec::Cylinder { radius, half_height } => (
+            ToolShape::Cylinder { radius, half_height },
+            PartShape::Cylinder { radius, half_height },
+        ),
     }
 }
 
@@ -148,10 +175,17 @@ fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Result<Script>
     };
     let mut script = Script::of_target(scene, name, target, Kind::Push, *held_out)?;
     let direction = unit(scene, name, "direction", *direction)?;
-    let (travel, speed) = (positive(scene, name, "travel", *travel)?, positive(scene, name, "speed", *speed)?);
+    let (travel, speed) = (
+        positive(scene, name, "travel", *travel)?,
+        positive(scene, name, "speed", *speed)?,
+    );
     let (tool_shape, shape) = tool_of(tool);
     // A plate faces the way it goes; a ball and an upright cylinder look the same from all sides.
-    let heading = if matches!(tool, ToolSpec::Box { .. }) { direction.y.atan2(direction.x) } else { 0.0 };
+    let heading = if matches!(tool, ToolSpec::Box { .. }) {
+        direction.y.atan2(direction.x)
+    } else {
+        0.0
+    };
     let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
     let ahead = support_radius(&shape, &rotation.inverse_transform_vector(&direction));
     let mut drive = Drive {
@@ -160,16 +194,22 @@ fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Result<Script>
         course: Course::Line { direction },
         moves: Moves::default(),
     };
-    let clear = |back: &&f64| solids.iter().all(|solid| is_clear(&shape, &drive.frame_at(-**back, 0.0), solid));
-    let Some(back) = RUN_UP.iter().find(clear) else {
-        return Err(wrong(scene, name, "at", &format!("{at:?}"), "a point that the tool can come to from behind"));
+    let clear = |back: &&f64| {
+        solids
+            .iter()
+            .all(|solid| is_clear(&shape, &drive.frame_at(-**back, 0.0), solid))
     };
-    let brake = if *retreat { ABRUPT } else { GENTLE };
-    let shove = Move::new(BEFORE, (-back, travel), speed, GENTLE, brake);
-    let wait = if *retreat { 0.0 } else { AFTER };
-    let leave = Move::new(shove.end() + wait, (travel, travel - RETREAT), speed.max(0.05), brake, GENTLE);
-    script.duration = leave.end() + AFTER + if *retreat { 0.3 } else { 0.0 };
-    drive.moves = Moves(vec![shove, leave]);
+    let Some(back) = RUN_UP.iter().find(clear) else {
+        return Err(wrong(
+            scene,
+            name,
+            "at",
+            &format!("{at:?}"),
+            "a point that the tool can come to from behind",
+        ));
+    };
+    drive.moves = shove(-back, travel, speed, *retreat);
+    script.duration = drive.moves.end() + AFTER + if *retreat { 0.3 } else { 0.0 };
     script.wielding = Some(Wielding {
         tool: Tool {
             shape: tool_shape,
@@ -182,6 +222,29 @@ fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Result<Script>
         holds: None,
     });
     Ok(script)
+}
+
+/// From the run-up through the contact (travel 0) and back a little.
+fn shove(from: f64, travel: f64, speed: f64, retreat: bool) -> Moves {
+    let away = travel - RETREAT;
+    let start = Moves::from(from).rest(BEFORE);
+    if retreat {
+        return start
+            .leg(travel, 0.0, speed, GENTLE, ABRUPT)
+            .leg(away, 0.0, speed.max(0.05), ABRUPT, GENTLE);
+    }
+    let careful = CAREFUL.min(speed);
+    let near = if speed > CAREFUL && travel > 2.0 * BEWARE.1 {
+        start
+            .leg(BEWARE.0, careful, speed, GENTLE, GENTLE)
+            .leg(BEWARE.1, careful, careful, GENTLE, GENTLE)
+    } else {
+        start
+    };
+    let gather = (0.5 * speed * speed / (SHOVING.1 * travel)).max(SHOVING.0).min(GENTLE);
+    near.leg(travel, 0.0, speed, gather, GENTLE)
+        .rest(AFTER)
+        .leg(away, 0.0, 0.05, GENTLE, GENTLE)
 }
 
 fn is_clear(shape: &PartShape, tool: &Frame, solid: &Solid) -> bool {
@@ -227,25 +290,34 @@ fn pull(scene: &Scene, action: &ActionSpec) -> Result<Script> {
     };
     let mut script = Script::of_target(scene, name, target, Kind::Pull, *held_out)?;
     let direction = unit(scene, name, "direction", *direction)?;
-    let (travel, speed) = (positive(scene, name, "travel", *travel)?, positive(scene, name, "speed", *speed)?);
+    let (travel, speed) = (
+        positive(scene, name, "travel", *travel)?,
+        positive(scene, name, "speed", *speed)?,
+    );
     let course = if *arc {
         let Some(joint) = joint_of(scene, target) else {
             return Err(wrong(scene, name, "arc", "true", "a target that hangs on a joint"));
         };
-        along_joint(joint, Vector3::from(*at), direction, unit(scene, name, "joint axis", joint.axis)?, !pin)
+        along_joint(
+            joint,
+            Vector3::from(*at),
+            direction,
+            unit(scene, name, "joint axis", joint.axis)?,
+            !pin,
+        )
     } else {
         Course::Line { direction }
     };
-    let mut moves = vec![Move::new(BEFORE, (0.0, travel), speed, GENTLE, GENTLE)];
+    let mut moves = Moves::from(0.0).rest(BEFORE).leg(travel, 0.0, speed, GENTLE, GENTLE);
     if *back {
-        moves.push(Move::new(moves[0].end() + AFTER, (travel, 0.0), speed, GENTLE, GENTLE));
+        moves = moves.rest(AFTER).leg(0.0, 0.0, speed, GENTLE, GENTLE);
     }
-    script.duration = moves[moves.len() - 1].end() + AFTER;
+    script.duration = moves.end() + AFTER;
     let drive = Drive {
         origin: Vector3::from(*at),
         rotation: UnitQuaternion::identity(),
         course,
-        moves: Moves(moves),
+        moves,
     };
     script.wielding = Some(holding(drive, *pin, (ATTACH, f64::INFINITY)));
     Ok(script)
@@ -253,7 +325,13 @@ fn pull(scene: &Scene, action: &ActionSpec) -> Result<Script> {
 
 /// The joint that a body hangs on, itself or by glue.
 fn joint_of<'a>(scene: &'a Scene, target: &str) -> Option<&'a JointSpec> {
-    let direct = |name: &str| scene.joint.iter().find(|j| j.b == name).or(scene.joint.iter().find(|j| j.a == name));
+    let direct = |name: &str| {
+        scene
+            .joint
+            .iter()
+            .find(|j| j.b == name)
+            .or(scene.joint.iter().find(|j| j.a == name))
+    };
     direct(target).or_else(|| {
         let partners = scene.bond.iter().filter_map(|bond| match target {
             t if t == bond.a => Some(bond.b.as_str()),
@@ -264,7 +342,13 @@ fn joint_of<'a>(scene: &'a Scene, target: &str) -> Option<&'a JointSpec> {
     })
 }
 
-fn along_joint(joint: &JointSpec, at: Vector3<f64>, direction: Vector3<f64>, axis: Vector3<f64>, turning: bool) -> Course {
+fn along_joint(
+    joint: &JointSpec,
+    at: Vector3<f64>,
+    direction: Vector3<f64>,
+    axis: Vector3<f64>,
+    turning: bool,
+) -> Course {
     let centre = Vector3::from(joint.origin);
     let way = match joint.kind {
         JointSpecKind::Revolute => axis.cross(&(at - centre)),
@@ -292,26 +376,28 @@ fn press(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         return Err(Error::Failed("not a press".into()));
     };
     let mut script = Script::of_target(scene, name, target, Kind::Press, *held_out)?;
-    let (depth, speed) = (positive(scene, name, "depth", *depth)?, positive(scene, name, "speed", *speed)?);
+    let (depth, speed) = (
+        positive(scene, name, "depth", *depth)?,
+        positive(scene, name, "speed", *speed)?,
+    );
     let (tool_shape, shape) = tool_of(tool);
     let down = -Vector3::z();
-    let drive = |moves| Drive {
+    let sink = Moves::from(-ABOVE).rest(BEFORE).leg(depth, 0.0, speed, GENTLE, GENTLE);
+    let drive = Drive {
         origin: Vector3::from(*at) - down * support_radius(&shape, &down),
         rotation: UnitQuaternion::identity(),
         course: Course::Line { direction: down },
-        moves,
+        moves: sink.rest(*hold).leg(-ABOVE, 0.0, speed, GENTLE, GENTLE),
     };
-    let sink = Move::new(BEFORE, (-ABOVE, depth), speed, GENTLE, GENTLE);
-    let leave = Move::new(sink.end() + hold.max(0.0), (depth, -ABOVE), speed, GENTLE, GENTLE);
-    script.duration = leave.end() + AFTER;
+    script.duration = drive.moves.end() + AFTER;
     script.wielding = Some(Wielding {
         tool: Tool {
             shape: tool_shape,
             grip: false,
             pin: false,
         },
-        drive: drive(Moves(vec![sink, leave])),
         shape,
+        drive,
         friction: 0.4,
         holds: None,
     });
@@ -332,16 +418,21 @@ fn lift(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         return Err(Error::Failed("not a lift".into()));
     };
     let mut script = Script::of_target(scene, name, target, Kind::Lift, *held_out)?;
-    let (height, speed) = (positive(scene, name, "height", *height)?, positive(scene, name, "speed", *speed)?);
-    let up = Move::new(BEFORE, (0.0, height), speed, GENTLE, GENTLE);
-    let down = Move::new(up.end() + hold.max(0.0), (height, 0.0), speed, GENTLE, GENTLE);
-    let release = down.end() + 0.2;
+    let (height, speed) = (
+        positive(scene, name, "height", *height)?,
+        positive(scene, name, "speed", *speed)?,
+    );
+    let up = Moves::from(0.0).rest(BEFORE).leg(height, 0.0, speed, GENTLE, GENTLE);
+    let moves = up.rest(*hold).leg(0.0, 0.0, speed, GENTLE, GENTLE);
+    let release = moves.end() + 0.2;
     script.duration = release + AFTER;
     let drive = Drive {
         origin: Vector3::from(*at),
         rotation: UnitQuaternion::identity(),
-        course: Course::Line { direction: Vector3::z() },
-        moves: Moves(vec![up, down]),
+        course: Course::Line {
+            direction: Vector3::z(),
+        },
+        moves,
     };
     script.wielding = Some(holding(drive, false, (ATTACH, release)));
     Ok(script)
@@ -365,12 +456,15 @@ fn tilt(scene: &Scene, action: &ActionSpec) -> Result<Script> {
     if axis.z.abs() > 1e-6 {
         return Err(wrong(scene, name, "axis", &format!("{axis:?}"), "a horizontal axis"));
     }
-    let (rate, limit) = (positive(scene, name, "rate", *rate)?, positive(scene, name, "limit", *limit)?);
-    let turn = Move::new(BEFORE, (0.0, limit), rate, TURNING, TURNING);
-    script.duration = turn.end() + 0.3;
+    let (rate, limit) = (
+        positive(scene, name, "rate", *rate)?,
+        positive(scene, name, "limit", *limit)?,
+    );
+    let angle = Moves::from(0.0).rest(BEFORE).leg(limit, 0.0, rate, TURNING, TURNING);
+    script.duration = angle.end() + 0.3;
     script.tilting = Some(Tilting {
         axis: UnitVector3::new_normalize(axis),
-        angle: Moves(vec![turn]),
+        angle,
         slide: positive(scene, name, "slide", *slide)?,
     });
     Ok(script)

@@ -83,8 +83,17 @@ impl Hand {
         if let Hand::Hold { body, pin, weld } = self {
             let held = &bodies[*body];
             let linear = stiff(GRIP.0, held.compliance_at(&tool.position));
-            let angular = if *pin { (0.0, 0.0) } else { stiff(GRIP.1, held.angular_compliance()) };
-            *weld = Some(Weld::new(tool, &held.frame, &tool.position, WeldSpring { linear, angular }));
+            let angular = if *pin {
+                (0.0, 0.0)
+            } else {
+                stiff(GRIP.1, held.angular_compliance())
+            };
+            *weld = Some(Weld::new(
+                tool,
+                &held.frame,
+                &tool.position,
+                WeldSpring { linear, angular },
+            ));
         }
     }
 
@@ -127,8 +136,10 @@ fn patches_against(shape: &PartShape, law: DryFriction, thing: &Touched) -> Vec<
     let ball = matches!(shape, PartShape::Sphere { .. });
     let weight = if ball { 1.0 } else { 0.5 };
     let spring = Spring::blow(TOUCH, thing.body.mass);
-    let feet: Vec<(Foot, f64)> =
-        shell(shape).into_iter().map(|(at, radius)| (Foot::Ball { at, radius }, weight)).collect();
+    let feet: Vec<(Foot, f64)> = shell(shape)
+        .into_iter()
+        .map(|(at, radius)| (Foot::Ball { at, radius }, weight))
+        .collect();
     let mut patches: Vec<TouchPatch> = thing
         .pieces
         .iter()

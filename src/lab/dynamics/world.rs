@@ -93,13 +93,33 @@ fn shell_of(solid: &Solid) -> Vec<(Foot, f64)> {
         let every = solid.mesh.vertices.len().div_ceil(96);
         let points = solid.mesh.vertices.iter().step_by(every);
         return points
-            .map(|p| (Foot::Ball { at: p.coords - com, radius: 0.0 }, 1.0))
+            .map(|p| {
+                (
+                    Foot::Ball {
+                        at: p.coords - com,
+                        radius: 0.0,
+                    },
+                    1.0,
+                )
+            })
             .collect();
     }
     let parts = solid.parts.iter().flat_map(|part| {
-        shell(&part.shape).into_iter().map(move |(p, radius)| (part.body_from_part.0 * nalgebra::Point3::from(p), radius))
+        shell(&part.shape)
+            .into_iter()
+            .map(move |(p, radius)| (part.body_from_part.0 * nalgebra::Point3::from(p), radius))
     });
-    parts.map(|(p, radius)| (Foot::Ball { at: p.coords - com, radius }, 1.0)).collect()
+    parts
+        .map(|(p, radius)| {
+            (
+                Foot::Ball {
+                    at: p.coords - com,
+                    radius,
+                },
+                1.0,
+            )
+        })
+        .collect()
 }
 
 /// Gravity in the axes of the table, which rises by the hidden slopes along +x and +y.
@@ -115,7 +135,15 @@ pub(crate) fn rests_on(scene: &Scene, upper: &Solid, lower: &Solid) -> bool {
     let body = |solid: &Solid| RigidBody::new(solid, false, reach_of(solid));
     let (a, b) = (body(upper), body(lower));
     let gap = (a.frame.position - b.frame.position).norm() - a.reach - b.reach;
-    gap < TOUCHING && !standing_patches(&Prepared::new(scene, upper), &Prepared::new(scene, lower), &a, &b, scene).is_empty()
+    gap < TOUCHING
+        && !standing_patches(
+            &Prepared::new(scene, upper),
+            &Prepared::new(scene, lower),
+            &a,
+            &b,
+            scene,
+        )
+        .is_empty()
 }
 
 /// The patches by which `upper` stands on `lower`; none where it does not.
@@ -138,7 +166,10 @@ fn standing_patches(upper: &Prepared, lower: &Prepared, a: &RigidBody, b: &Rigid
 
 fn law_of(scene: &Scene, first: &Prepared, second: &Prepared) -> DryFriction {
     let (a, b) = (&first.solid.name, &second.solid.name);
-    let pair = scene.pair.iter().find(|p| (&p.a, &p.b) == (a, b) || (&p.b, &p.a) == (a, b));
+    let pair = scene
+        .pair
+        .iter()
+        .find(|p| (&p.a, &p.b) == (a, b) || (&p.b, &p.a) == (a, b));
     let friction = pair.map_or(first.friction, |p| p.friction);
     DryFriction::new(friction.static_, friction.kinetic)
 }
@@ -146,8 +177,11 @@ fn law_of(scene: &Scene, first: &Prepared, second: &Prepared) -> DryFriction {
 impl World {
     /// The named bodies as they are at first.
     pub fn new(scene: &Scene, solids: &BTreeMap<String, Solid>, names: &[String]) -> Self {
-        let prepared: Vec<Prepared> =
-            names.iter().filter_map(|name| solids.get(name)).map(|solid| Prepared::new(scene, solid)).collect();
+        let prepared: Vec<Prepared> = names
+            .iter()
+            .filter_map(|name| solids.get(name))
+            .map(|solid| Prepared::new(scene, solid))
+            .collect();
         let fixed = |name: &String| scene.body.iter().any(|b| &b.name == name && b.fixed);
         let bodies: Vec<RigidBody> = prepared
             .iter()
@@ -155,7 +189,11 @@ impl World {
             .collect();
         let mut world = Self {
             names: prepared.iter().map(|p| p.solid.name.clone()).collect(),
-            standings: prepared.iter().zip(&bodies).map(|(p, body)| standing_of(p, body)).collect(),
+            standings: prepared
+                .iter()
+                .zip(&bodies)
+                .map(|(p, body)| standing_of(p, body))
+                .collect(),
             bodies,
             gravity: gravity_on_table(scene),
             turning: None,
@@ -194,7 +232,9 @@ impl World {
                 linear: stiff(GLUE.0, body_a.compliance_at(&middle) + body_b.compliance_at(&middle)),
                 angular: stiff(GLUE.1, body_a.angular_compliance() + body_b.angular_compliance()),
             };
-            let apart = (body_b.frame.position - body_a.frame.position).try_normalize(1e-9).unwrap_or_else(Vector3::z);
+            let apart = (body_b.frame.position - body_a.frame.position)
+                .try_normalize(1e-9)
+                .unwrap_or_else(Vector3::z);
             self.bonds.push(Bond {
                 a,
                 b,
@@ -239,7 +279,11 @@ impl World {
         let law = law_of(scene, &prepared[i], &prepared[j]);
         for (owner, other) in [(i, j), (j, i)] {
             let (a, b) = (&self.bodies[owner], &self.bodies[other]);
-            let mass = [a, b].iter().filter(|x| !x.fixed).map(|x| x.mass).fold(f64::INFINITY, f64::min);
+            let mass = [a, b]
+                .iter()
+                .filter(|x| !x.fixed)
+                .map(|x| x.mass)
+                .fold(f64::INFINITY, f64::min);
             let spring = Spring::blow(MEETING, 0.25 * mass);
             let patches = prepared[other].pieces.iter().map(|piece| Contact {
                 owner,
@@ -344,5 +388,12 @@ fn standing_of(prepared: &Prepared, body: &RigidBody) -> Option<Standing> {
     let lowest = lowest_of(&prepared.feet, &world_from_com);
     let guards: Vec<(Foot, f64)> = prepared.shell.iter().map(|(foot, _)| (foot.clone(), 0.25)).collect();
     let law = DryFriction::new(prepared.friction.static_, prepared.friction.kinetic);
-    Some(Standing::new(&prepared.feet, &guards, body.reach, body.mass, lowest, law))
+    Some(Standing::new(
+        &prepared.feet,
+        &guards,
+        body.reach,
+        body.mass,
+        lowest,
+        law,
+    ))
 }

@@ -6,8 +6,7 @@ use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 use rayon::prelude::*;
 
 use super::dynamics::{Frame, Hand, Script, Ties, Tilting, Turning, Wielding, World, participants, put_on_table};
-use super::scene::Scene;
-use super::solid::Solid;
+use super::{Scene, Solid};
 use crate::base::{Pose, Progress, Result};
 use crate::capture::{Kind, Tool};
 
@@ -83,6 +82,10 @@ struct Stage<'a> {
     tracked: Vec<usize>,
     gravity: Vector3<f64>,
     dt: f64,
+    /// What the tool exerted in the last step: force, and torque about the tool's origin.
+    exerted: (Vector3<f64>, Vector3<f64>),
+    /// Readings for which nothing has moved.
+    quiet: usize,
 }
 
 impl<'a> Stage<'a> {
@@ -111,6 +114,8 @@ impl<'a> Stage<'a> {
             gravity: world.gravity,
             world,
             dt,
+            exerted: (Vector3::zeros(), Vector3::zeros()),
+            quiet: 0,
         }
     }
 
@@ -125,15 +130,21 @@ impl<'a> Stage<'a> {
             if self.has_slid(&start) {
                 break;
             }
+            if self.nothing_happens(time) {
+                record.feel(reading, self.exerted, 0.5);
+                record.feel(reading + 1, self.exerted, 0.5);
+                continue;
+            }
             for step in 0..per_reading {
                 let nearest = reading + (2 * step + 1) / (per_reading + 1);
-                self.advance(time + step as f64 * self.dt, nearest, &mut record);
+                self.advance(time + step as f64 * self.dt);
+                record.feel(nearest, self.exerted, 1.0 / per_reading as f64);
             }
         }
         record.finish()
     }
 
-    fn advance(&mut self, time: f64, reading: usize, record: &mut Record) {
+    fn advance(&mut self, time: f64) {
         if let Some(tilting) = &self.script.tilting {
             self.turn(tilting, time);
         }
@@ -151,7 +162,30 @@ impl<'a> Stage<'a> {
             }
         }
         let wrench = self.world.step(Some((hand, &tool)), self.dt);
-        record.feel(reading, wrench.force, wrench.torque_about(&tool.position));
+        self.exerted = (wrench.force, wrench.torque_about(&tool.position));
+    }
+
+    /// Whether all rests and will rest until the next reading: then no step needs to be taken.
+    fn nothing_happens(&mut self, time: f64) -> bool {
+        let still = self.script.tilting.is_none() && self.world.liveliness() < 1e-8;
+        self.quiet = if still { self.quiet + 1 } else { 0 };
+        if self.quiet < 5 {
+            return false;
+        }
+        let Some((wielding, hand)) = self.script.wielding.as_ref().zip(self.hand.as_ref()) else {
+            return true;
+        };
+        let soon = time + READING + self.dt;
+        if wielding
+            .holds
+            .is_some_and(|(from, to)| [from, to].iter().any(|t| *t > time - self.dt && *t < soon))
+        {
+            return false;
+        }
+        let (here, there) = (wielding.drive.moves.at(time), wielding.drive.moves.at(soon));
+        let at_rest = here == there && here.1 == 0.0;
+        let tool = wielding.drive.frame(time);
+        at_rest || (!hand.holds() && hand.clearance(&tool, &self.world.bodies) > 1e-3 + 2.0 * READING * here.1.abs())
     }
 
     /// The world stays in the support's axes; gravity turns the other way, with the forces of the turning frame.
@@ -214,7 +248,7 @@ fn settle(world: &mut World, dt: f64) {
 /// What is being written down.
 struct Record {
     performance: Performance,
-    counts: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 impl Record {
@@ -235,7 +269,7 @@ impl Record {
         };
         Self {
             performance,
-            counts: Vec::new(),
+            weights: Vec::new(),
         }
     }
 
@@ -260,16 +294,16 @@ impl Record {
         }
     }
 
-    fn feel(&mut self, reading: usize, force: Vector3<f64>, torque: Vector3<f64>) {
+    fn feel(&mut self, reading: usize, (force, torque): (Vector3<f64>, Vector3<f64>), weight: f64) {
         let seen = &mut self.performance;
         if seen.force.len() <= reading {
             seen.force.resize(reading + 1, Vector3::zeros());
             seen.torque.resize(reading + 1, Vector3::zeros());
-            self.counts.resize(reading + 1, 0.0);
+            self.weights.resize(reading + 1, 0.0);
         }
-        seen.force[reading] += force;
-        seen.torque[reading] += torque;
-        self.counts[reading] += 1.0;
+        seen.force[reading] += force * weight;
+        seen.torque[reading] += torque * weight;
+        self.weights[reading] += weight;
     }
 
     fn finish(mut self) -> Performance {
@@ -277,9 +311,9 @@ impl Record {
         let kept = seen.force_time.len();
         seen.force.resize(kept, Vector3::zeros());
         seen.torque.resize(kept, Vector3::zeros());
-        for (i, count) in self.counts.iter().take(kept).enumerate() {
-            seen.force[i] /= count.max(1.0);
-            seen.torque[i] /= count.max(1.0);
+        for (i, weight) in self.weights.iter().take(kept).enumerate() {
+            seen.force[i] /= weight.max(1e-3);
+            seen.torque[i] /= weight.max(1e-3);
         }
         self.performance
     }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::base::Pose;
-use crate::lab::solid::Solid;
+use crate::lab::Solid;
 
 /// Where a thing is and how it moves; of a body the origin is its centre of mass. World axes.
 #[derive(Clone, Debug)]

@@ -9,8 +9,8 @@ use super::distance::reach;
 use super::footprint::{lowest_of, underside};
 use super::script::{Script, Wielding};
 use super::world::rests_on;
-use crate::lab::scene::Scene;
-use crate::lab::solid::Solid;
+use crate::lab::Scene;
+use crate::lab::Solid;
 
 /// Room left around the tool, m.
 const MARGIN: f64 = 0.005;

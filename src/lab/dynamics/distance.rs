@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::body::Frame;
-use crate::lab::solid::{ConvexPart, PartShape, Solid};
+use crate::lab::{ConvexPart, PartShape, Solid};
 
 /// A point this far outside a side face still counts as above the top face, m.
 const EDGE: f64 = 2e-6;

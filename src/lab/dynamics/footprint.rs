@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector2, Vector3};
 
 use super::body::Frame;
-use crate::lab::solid::{ConvexPart, PartShape, Solid};
+use crate::lab::{ConvexPart, PartShape, Solid};
 
 /// Gauss-Lobatto nodes and weights (sum 1) on [-1, 1], six points: the ends belong to the set, so that a body tips
 /// about its true edges.
@@ -60,7 +60,7 @@ impl Foot {
 pub(crate) fn underside(solid: &Solid) -> Vec<(Foot, f64)> {
     let world_from_com = solid.world_from_body.0 * nalgebra::Translation3::from(solid.com.coords);
     let feet = match solid.parts.as_slice() {
-        [part] => of_part(solid, part),
+        [part] if fits(part, solid) => of_part(solid, part),
         _ => of_mesh(solid, &world_from_com),
     };
     if !feet.is_empty() {
@@ -81,6 +81,17 @@ pub(crate) fn underside(solid: &Solid) -> Vec<(Foot, f64)> {
     let total: f64 = feet.iter().map(|(_, weight)| weight).sum();
     feet.iter_mut().for_each(|(_, weight)| *weight /= total.max(1.0));
     feet
+}
+
+/// Whether a lone piece is the shape itself (rather than the box around a surface of any form).
+fn fits(part: &ConvexPart, solid: &Solid) -> bool {
+    match &part.shape {
+        PartShape::Box { half } => {
+            let volume = 8.0 * half.product();
+            solid.mesh.triangles.is_empty() || (solid.mesh.volume() - volume).abs() < 0.005 * volume
+        }
+        _ => true,
+    }
 }
 
 /// Height of the lowest foot.

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::body::{Frame, RigidBody, Wrench};
 use super::weld::{rotation_error, stiff};
-use crate::lab::scene::{JointSpec, JointSpecKind};
+use crate::lab::{JointSpec, JointSpecKind};
 
 /// Stiffness that is wanted of what is constrained, N/m and N·m/rad (less where a part is too light for it).
 const WANTED: (f64, f64) = (2e6, 5e3);

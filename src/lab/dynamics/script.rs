@@ -7,8 +7,8 @@ use super::distance::{nearest, reach, support_radius};
 use super::drive::{Course, Drive, Moves};
 use crate::base::{Error, Result};
 use crate::capture::{Kind, Tool, ToolShape};
-use crate::lab::scene::{ActionSpec, BodySpec, JointSpec, JointSpecKind, Scene, ToolSpec};
-use crate::lab::solid::{PartShape, Solid};
+use crate::lab::{ActionSpec, BodySpec, JointSpec, JointSpecKind, Scene, ToolSpec};
+use crate::lab::{PartShape, Solid};
 
 /// Stillness before and after, s.
 const BEFORE: f64 = 0.5;
@@ -28,6 +28,9 @@ const RUN_UP: [f64; 6] = [0.028, 0.025, 0.02, 0.015, 0.01, 0.006];
 /// before the blow of the contact could shove it; from this far before the contact to this far behind it, m.
 const CAREFUL: f64 = 0.004;
 const BEWARE: (f64, f64) = (-0.0015, 0.001);
+/// Where a push looks for the true first touch about the aimed one, m.
+const SEARCH: f64 = 0.12;
+const SEARCH_STEP: f64 = 0.001;
 /// How far above the contact a press starts, m.
 const ABOVE: f64 = 0.015;
 /// How far the tool draws back at the end, m.
@@ -194,6 +197,13 @@ fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Result<Script>
         course: Course::Line { direction },
         moves: Moves::default(),
     };
+    if let Some(touched) = solids
+        .iter()
+        .find(|s| s.name == *target)
+        .and_then(|s| first_touch(&shape, &drive, s))
+    {
+        drive.origin += direction * touched;
+    }
     let clear = |back: &&f64| {
         solids
             .iter()
@@ -245,6 +255,24 @@ fn shove(from: f64, travel: f64, speed: f64, retreat: bool) -> Moves {
     near.leg(travel, 0.0, speed, gather, GENTLE)
         .rest(AFTER)
         .leg(away, 0.0, 0.05, GENTLE, GENTLE)
+}
+
+/// The travel at which the tool, coming from behind, first touches the solid near to where contact is aimed.
+fn first_touch(shape: &PartShape, drive: &Drive, solid: &Solid) -> Option<f64> {
+    let clear = |travel: f64| is_clear(shape, &drive.frame_at(travel, 0.0), solid);
+    let steps = (2.0 * SEARCH / SEARCH_STEP) as usize;
+    let travel = |k: usize| -SEARCH + SEARCH_STEP * k as f64;
+    let hit = (1..=steps).find(|k| !clear(travel(*k)))?;
+    let (mut free, mut touching) = (travel(hit - 1), travel(hit));
+    for _ in 0..20 {
+        let middle = 0.5 * (free + touching);
+        if clear(middle) {
+            free = middle
+        } else {
+            touching = middle
+        }
+    }
+    clear(-SEARCH).then_some(free)
 }
 
 fn is_clear(shape: &PartShape, tool: &Frame, solid: &Solid) -> bool {

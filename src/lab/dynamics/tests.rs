@@ -7,15 +7,15 @@ use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use super::World;
 use crate::base::{Pose, Progress};
 use crate::lab::perform::{Performance, perform_in_steps};
-use crate::lab::scene::{Scene, ShapeSpec};
-use crate::lab::solid::{ConvexPart, PartShape, Solid};
+use crate::lab::{ConvexPart, PartShape, Solid};
+use crate::lab::{Scene, ShapeSpec};
 
 const G: f64 = 9.80665;
 const STEP: f64 = 5e-5;
 
 /// Boxes, cylinders and balls of the scene, uniformly filled.
 fn solids_of(scene: &Scene) -> BTreeMap<String, Solid> {
-    let solid = |b: &crate::lab::scene::BodySpec| {
+    let solid = |b: &crate::lab::BodySpec| {
         let (shape, volume, square) = match b.shape {
             ShapeSpec::Box { size: [x, y, z] } => (
                 PartShape::Box {

@@ -8,8 +8,8 @@ use super::footprint::{Foot, shell};
 use super::friction::{Bristle, DryFriction};
 use super::patch::{Patch, Spring};
 use super::weld::{Weld, WeldSpring, stiff};
-use crate::lab::scene::FoamSpec;
-use crate::lab::solid::PartShape;
+use crate::lab::FoamSpec;
+use crate::lab::PartShape;
 
 /// Stiffness of a touch, N/m.
 const TOUCH: f64 = 2e4;
@@ -102,6 +102,28 @@ impl Hand {
         if let Hand::Hold { weld, .. } = self {
             *weld = None;
         }
+    }
+
+    /// How far it is from touching anything, m; infinite for a hand that holds or is to hold.
+    pub fn clearance(&self, tool: &Frame, bodies: &[RigidBody]) -> f64 {
+        let Hand::Touch { patches, cushions } = self else {
+            return f64::INFINITY;
+        };
+        let patches = patches.iter().map(|touch| {
+            let body = &bodies[touch.body].frame;
+            let (owner, other) = if touch.by_tool { (tool, body) } else { (body, tool) };
+            -touch.patch.deepest(owner, other).0
+        });
+        let cushions = cushions.iter().map(|cushion| {
+            let sunk = cushion.sunk(tool, &bodies[cushion.body].frame);
+            sunk.map_or(f64::INFINITY, |(depth, ..)| -depth)
+        });
+        patches.chain(cushions).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether it has hold of something.
+    pub fn holds(&self) -> bool {
+        matches!(self, Hand::Hold { weld: Some(_), .. })
     }
 
     /// Adds its wrench to the bodies and gives what it exerts on them, all together.

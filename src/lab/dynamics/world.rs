@@ -12,8 +12,8 @@ use super::joint::Joint;
 use super::patch::{Patch, Spring, Standing};
 use super::tool::{Hand, Touched};
 use super::weld::{Weld, WeldSpring, stiff};
-use crate::lab::scene::{FrictionSpec, Scene};
-use crate::lab::solid::{PartShape, Solid};
+use crate::lab::{FrictionSpec, Scene};
+use crate::lab::{PartShape, Solid};
 
 /// Gap within which a thing rests on another at first, m.
 const TOUCHING: f64 = 3e-4;

@@ -2,6 +2,7 @@
 
 mod check;
 mod check_action;
+mod dynamics;
 mod instruments;
 mod lathe;
 mod matter;

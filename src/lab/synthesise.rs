@@ -177,6 +177,37 @@ mod tests {
         }
     }
 
+    fn whole(name: &str, seed: u64) -> Synthetic {
+        let scene = scene_named(name).expect("a scene");
+        synthesise(&scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture")
+    }
+
+    #[test]
+    fn a_recorded_lift_and_push_weigh_and_rub_as_the_truth_says() {
+        let made = whole("tiny", 3);
+        assert_eq!(made.capture.interactions.len(), 2);
+        let (lift, push) = (&made.capture.interactions[0], &made.capture.interactions[1]);
+        let last = |i: &Interaction| i.tracks["box"].time.last().copied().expect("a time");
+        assert!(lift.tracks["box"].time[0] > made.capture.views[5].time);
+        assert!(push.tracks["box"].time[0] > last(lift));
+        let truth = &made.truth.bodies["box"];
+        let weight = truth.mass.expect("mass") * 9.80665;
+        // Means of the upper half of the lift (held at the top) and of the middle of the push (sliding).
+        let mean = |i: &Interaction, from: f64, to: f64, axis: usize| {
+            let force = &i.force.as_ref().expect("a force").force;
+            let n = force.len() as f64;
+            let part = &force[(from * n) as usize..(to * n) as usize];
+            part.iter().map(|f| f[axis]).sum::<f64>() / part.len() as f64
+        };
+        assert!((mean(lift, 0.5, 0.6, 2) / weight - 1.0).abs() < 0.01);
+        let kinetic = truth.friction_kinetic.expect("friction") * weight;
+        assert!(
+            (mean(push, 0.58, 0.68, 0) / kinetic - 1.0).abs() < 0.02,
+            "{}",
+            mean(push, 0.58, 0.68, 0)
+        );
+    }
+
     #[test]
     fn the_same_seed_gives_the_same_bytes_on_one_thread_and_on_four() {
         let run = |threads: usize, seed: u64| {
@@ -184,7 +215,7 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .expect("threads");
-            pool.install(|| format!("{:?}", stills("tiny", seed)))
+            pool.install(|| format!("{:?}", whole("tiny", seed)))
         };
         let one = run(1, 7);
         assert!(one == run(4, 7), "threads matter");

@@ -1,1 +1,23 @@
 //! The ground of numbers: statistics, least squares, robust fits. No body, no pose, no file.
+
+mod correlated;
+mod distribution;
+mod levenberg_marquardt;
+mod linear;
+mod random_effects;
+mod robust;
+mod rotation;
+mod smoothing;
+mod turning;
+
+pub use correlated::{
+    MeanEstimate, autocorrelation, batch_means_sd, block_bootstrap_sd, correlated_mean, effective_samples, ljung_box,
+};
+pub use distribution::{chi_squared_quantile, chi_squared_tail, normal_quantile, t_quantile, t_tail};
+pub use levenberg_marquardt::{Fit, Loss, Settings, levenberg_marquardt};
+pub use linear::{LinearFit, bayesian_linear, robust_linear, weighted_linear};
+pub use random_effects::{Pooled, random_effects};
+pub use robust::{mad_sd, median, quantile, trimmed_mean};
+pub use rotation::{mean_rotation, rotation_centre};
+pub use smoothing::{LocalFit, interpolate, local_quadratic};
+pub use turning::{Turned, turned_displacement};

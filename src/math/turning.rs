@@ -1,0 +1,83 @@
+//! Points carried by a plane that turns: what they do relative to it.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use super::{interpolate, median, rotation_centre};
+
+/// The motion of points relative to a turning plane.
+#[derive(Clone, Debug)]
+pub struct Turned {
+    /// Rotation of the plane since the start, one per point.
+    pub turn: Vec<UnitQuaternion<f64>>,
+    /// Displacement since the start, seen in the plane as it stood at the start, m; NaN where missing.
+    pub displacement: Vec<Vector3<f64>>,
+    /// A point of the axis about which the plane turns.
+    pub hinge: Point3<f64>,
+}
+
+/// The shortest rotation that takes the first normal to each normal, at the times of the points.
+fn turns(normal_times: &[f64], normals: &[Vector3<f64>], times: &[f64]) -> Option<Vec<UnitQuaternion<f64>>> {
+    let axes: Vec<Vec<f64>> = (0..3).map(|k| normals.iter().map(|n| n[k]).collect()).collect();
+    let first = *normals.first()?;
+    let (start, end) = (*normal_times.first()?, *normal_times.last()?);
+    times
+        .iter()
+        .map(|t| {
+            let t = t.clamp(start, end);
+            let n = Vector3::new(
+                interpolate(normal_times, &axes[0], t)?,
+                interpolate(normal_times, &axes[1], t)?,
+                interpolate(normal_times, &axes[2], t)?,
+            );
+            UnitQuaternion::rotation_between(&first, &n)
+        })
+        .collect()
+}
+
+/// Motion of `points` relative to a plane whose normal is given over time. The axis of the turn is found from
+/// the points themselves while they ride along without sliding; `guess` stands in for what they leave open.
+/// `noise` is the standard deviation of a point per axis, m.
+pub fn turned_displacement(
+    normal_times: &[f64],
+    normals: &[Vector3<f64>],
+    times: &[f64],
+    points: &[Point3<f64>],
+    noise: f64,
+    guess: &Point3<f64>,
+) -> Option<Turned> {
+    let turn = turns(normal_times, normals, times)?;
+    let finite: Vec<usize> = (0..points.len())
+        .filter(|&i| points[i].coords.iter().all(|x| x.is_finite()))
+        .collect();
+    let still: Vec<usize> = finite.iter().copied().filter(|&i| turn[i].angle() < 2e-3).collect();
+    let start_rows = if still.len() >= 3 { &still[..] } else { finite.get(..3)? };
+    let axis = |k: usize| median(&start_rows.iter().map(|&i| points[i][k]).collect::<Vec<_>>());
+    let start = Point3::new(axis(0)?, axis(1)?, axis(2)?);
+    let centre = |rows: &[usize]| {
+        let (q, p): (Vec<_>, Vec<_>) = rows.iter().map(|&i| (turn[i], points[i])).unzip();
+        rotation_centre(&q, &p, &start, noise, guess, 1.0)
+    };
+    // The longest leading stretch that a pure rotation explains: points that ride along without sliding.
+    let mut rows = finite.clone();
+    let mut hinge = centre(&rows)?;
+    for _ in 0..12 {
+        let misfit: Vec<f64> = rows
+            .iter()
+            .map(|&i| (points[i] - (hinge + turn[i] * (start - hinge))).norm())
+            .collect();
+        let tail = &misfit[misfit.len() - (misfit.len() / 8).max(3).min(misfit.len())..];
+        if median(tail)? < 2.5 * noise.max(1e-6) {
+            break;
+        }
+        rows.truncate((rows.len() * 7 / 8).max(3));
+        hinge = centre(&rows)?;
+    }
+    let displacement = (0..points.len())
+        .map(|i| turn[i].inverse() * (points[i] - hinge) - (start - hinge))
+        .collect();
+    Some(Turned {
+        turn,
+        displacement,
+        hinge,
+    })
+}

@@ -1,6 +1,7 @@
 //! Shapes: meshes, distance fields, hulls, triangulations. No material, no camera.
 
 mod distance;
+mod gap;
 mod hull;
 mod mesh;
 mod properties;
@@ -11,6 +12,7 @@ pub mod solids;
 mod topology;
 
 pub use distance::{Nearest, SurfaceDistance, SurfaceError, mean_surface_error};
+pub use gap::gap;
 pub use hull::{convex_hull, slim_hull};
 pub use mesh::Mesh;
 pub use properties::{SolidProperties, mass_properties};

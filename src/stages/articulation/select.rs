@@ -24,6 +24,11 @@ pub const KINDS: [JointKind; 7] = [
 /// Prior range of a freedom: m, rad.
 const RANGE: (f64, f64) = (0.2, 2.0);
 
+/// Prior range of a screw's pitch, m/rad.
+const PITCH_RANGE: f64 = 0.04;
+/// Log odds of a hinge against a screw before any data.
+const SCREW_ODDS: f64 = 2.0;
+
 /// How well a kind is supported.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -147,7 +152,14 @@ fn evidence(fit: &Fit, samples: &[Sample], inflation: f64, effective: f64, reach
         chi2 += beyond_reach(fit, inflation, reach) / effective;
     }
     let oriented = dimensions(samples) > 3.5;
-    -effective * (0.5 * chi2 + occam) - manifold.parameters(oriented) as f64
+    let screw = if manifold.kind == JointKind::Screw { pitch_cost(fit, inflation, effective) } else { 0.0 };
+    -effective * (0.5 * chi2 + occam) - manifold.parameters(oriented) as f64 - screw
+}
+
+/// Occam's factor of a pitch: no pitch at all is the rule, so that a pitch must show against its prior range.
+fn pitch_cost(fit: &Fit, inflation: f64, effective: f64) -> f64 {
+    let sd = fit.covariance[(10, 10)].max(1e-18).sqrt() * inflation / effective.sqrt();
+    (PITCH_RANGE / sd).ln().max(0.0) - HALF_LOG_TAU + SCREW_ODDS
 }
 
 /// What it costs a hinge to be bent to the largest allowed radius, if its own is larger: the squared distance

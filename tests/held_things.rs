@@ -9,7 +9,8 @@ use nalgebra::{Point3, UnitQuaternion, UnitVector3, Vector3};
 use palpate::base::{Notices, Pose};
 use palpate::capture::{Capture, Interaction, Kind, Noise, PoseStream, Support, Tool, ToolShape, WrenchStream};
 use palpate::stages::articulation::{self, Articulation};
-use palpate::twin::{Body, JointKind, Link, Model, Provenance, Twin};
+use palpate::stages::relations;
+use palpate::twin::{Body, Joint, JointKind, Link, Model, Provenance, Relation, RelationKind, Twin};
 
 fn rows(path: &Path) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(path).expect("a stream");
@@ -141,6 +142,14 @@ fn inferred(root: &Path) -> (Articulation, Notices) {
     (out, notices)
 }
 
+fn related(root: &Path, joints: Vec<Joint>) -> Vec<Relation> {
+    let capture = capture(root);
+    let mut model = model(&capture);
+    model.twin.bodies[0].joints = joints;
+    let config = relations::Config::default();
+    relations::relate(&capture, &[], &model, &config, &mut Notices::default()).expect("related")
+}
+
 fn data() -> Option<PathBuf> {
     let found = std::env::var_os("PALPATE_DATA").map(PathBuf::from);
     if found.is_none() {
@@ -156,6 +165,16 @@ fn the_hinge_of_the_two_bars_is_found() {
     println!("{out:#?} {notices:?}");
     let joint = &out.joints[0];
     assert_eq!(joint.kind, JointKind::Revolute);
+}
+
+#[test]
+fn a_stack_that_merely_rests_is_no_joint_and_not_glued() {
+    let Some(data) = data() else { return };
+    let root = data.join("mujoco-stack");
+    assert!(inferred(&root).0.joints.is_empty());
+    let arcs = related(&root, Vec::new());
+    let arc = arcs.iter().find(|r| r.a == "low" && r.b == "top").expect("an arc");
+    assert_eq!(arc.kind, RelationKind::Resting);
 }
 
 #[test]
@@ -181,6 +200,9 @@ fn survey() {
                 j.axis.value, j.axis.sd, j.origin.value, j.origin.sd);
             println!("    travelled {:.4?} limits {:?} alt {:?}", j.travelled, j.limits.as_ref().map(|l| (l.value, l.sd)),
                 j.alternatives.iter().filter(|a| a.probability > 1e-6).map(|a| (a.kind, a.probability)).collect::<Vec<_>>());
+        }
+        for r in related(Path::new(root), out.joints) {
+            println!("  {}|{} {:?} {} {} p {:.3} {:?} {:?} truth {}", r.a, r.b, r.kind, r.rotation_dof, r.translation_dof, r.probability, r.from, r.breakaway.map(|b| b.value), truth["relations"]);
         }
         for n in &notices.0 {
             println!("  note {}: {}", n.about, n.message);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Isometry3;
 
 use super::Config;
 use super::coupling::{Placement, coupling};
@@ -234,10 +234,4 @@ fn tree_of(mut joints: Vec<Joint>, notices: &mut Notices) -> Vec<Joint> {
         keep
     });
     joints
-}
-
-/// Middle of a mesh or the origin of a track, world.
-pub fn centre_of(mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Vector3<f64> {
-    mesh.and_then(Mesh::bounds)
-        .map_or(pose.translation.vector, |(l, h)| 0.5 * (l.coords + h.coords))
 }

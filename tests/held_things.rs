@@ -145,7 +145,9 @@ fn inferred(root: &Path) -> (Articulation, Notices) {
 fn related(root: &Path, joints: Vec<Joint>) -> Vec<Relation> {
     let capture = capture(root);
     let mut model = model(&capture);
-    model.twin.bodies[0].joints = joints;
+    if let Some(body) = model.twin.bodies.first_mut() {
+        body.joints = joints;
+    }
     let config = relations::Config::default();
     relations::relate(&capture, &[], &model, &config, &mut Notices::default()).expect("related")
 }
@@ -201,8 +203,12 @@ fn survey() {
             println!("    travelled {:.4?} limits {:?} alt {:?}", j.travelled, j.limits.as_ref().map(|l| (l.value, l.sd)),
                 j.alternatives.iter().filter(|a| a.probability > 1e-6).map(|a| (a.kind, a.probability)).collect::<Vec<_>>());
         }
+        let out_joints = out.joints.clone();
         for r in related(Path::new(root), out.joints) {
             println!("  {}|{} {:?} {} {} p {:.3} {:?} {:?} truth {}", r.a, r.b, r.kind, r.rotation_dof, r.translation_dof, r.probability, r.from, r.breakaway.map(|b| b.value), truth["relations"]);
+        }
+        for j in out_joints.iter().filter(|j| j.parent == "world") {
+            println!("  {} sd {:?} probability {}", j.name, j.origin.sd, j.probability);
         }
         for n in &notices.0 {
             println!("  note {}: {}", n.about, n.message);

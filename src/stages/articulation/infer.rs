@@ -8,7 +8,7 @@ use super::Config;
 use super::coupling::{Placement, coupling};
 use super::describe::{Anchor, describe};
 use super::pair::Pair;
-use super::select::{Selection, select};
+use super::select::{KINDS, Selection, select};
 use super::world;
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented, first_rest, track_noise};
@@ -80,7 +80,7 @@ fn judge(
         return None;
     }
     let reach = (config.reach * placement.size).max(0.05);
-    let selection = select(&pair.samples, reach)?;
+    let selection = select(&pair.samples, &KINDS, reach)?;
     let best = &selection.candidates[0];
     let kind = best.fit.manifold.kind;
     if selection.free > best.probability || (!declared && impossible(kind, &selection, &pair, &placement, config)) {

@@ -53,15 +53,14 @@ pub struct Selection {
     pub correlation: f64,
 }
 
-/// Fits all kinds and weighs them. `reach` is the largest radius that a hinge may have, m.
-pub fn select(samples: &[Sample], reach: f64) -> Option<Selection> {
-    let fits: Vec<Fit> = KINDS.iter().filter_map(|&kind| fit(kind, samples)).collect();
+/// Fits the kinds and weighs them. `reach` is the largest radius that a hinge may have, m.
+pub fn select(samples: &[Sample], kinds: &[JointKind], reach: f64) -> Option<Selection> {
+    let fits: Vec<Fit> = kinds.iter().filter_map(|&kind| fit(kind, samples)).collect();
     let dims = dimensions(samples);
     let spread = |f: &Fit| (f.chi2 / degrees(&f.manifold, samples, dims)).sqrt();
-    let least = fits.iter().map(spread).fold(f64::INFINITY, f64::min);
-    let inflation = least.clamp(1.0, cap(samples));
-    let best = fits.iter().min_by(|a, b| spread(a).total_cmp(&spread(b)))?;
-    let correlation = correlation_time(best, samples);
+    let yardstick = yardstick(&fits, &spread, cap(samples))?;
+    let inflation = spread(yardstick).clamp(1.0, cap(samples));
+    let correlation = correlation_time(yardstick, samples);
     let effective = 1.0 / correlation;
     let mut candidates: Vec<Candidate> = fits
         .into_iter()
@@ -80,6 +79,14 @@ pub fn select(samples: &[Sample], reach: f64) -> Option<Selection> {
         inflation,
         correlation,
     })
+}
+
+/// The fit whose residuals stand for the noise: the best among those with the fewest freedoms that are good
+/// enough to be believed, so that small systematic errors do not call for another freedom.
+fn yardstick<'a>(fits: &'a [Fit], spread: &dyn Fn(&Fit) -> f64, cap: f64) -> Option<&'a Fit> {
+    let rank = |f: &&Fit| (spread(f) > cap, if spread(f) > cap { 0 } else { f.manifold.latents() });
+    fits.iter()
+        .min_by(|a, b| rank(a).cmp(&rank(b)).then(spread(a).total_cmp(&spread(b))))
 }
 
 fn normalise(candidates: &mut [Candidate], free: f64) -> f64 {

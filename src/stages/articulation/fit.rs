@@ -110,7 +110,7 @@ fn pseudo_inverse(information: &DMatrix<f64>) -> DMatrix<f64> {
     let largest = eigen.eigenvalues.amax();
     let inverted = eigen
         .eigenvalues
-        .map(|l| if l > 1e-9 * largest { 1.0 / l } else { 0.0 });
+        .map(|l| if l > 1e-11 * largest { 1.0 / l } else { 0.0 });
     &eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose()
 }
 
@@ -131,7 +131,7 @@ fn first_guess(kind: JointKind, samples: &[Sample]) -> Option<Manifold> {
         JointKind::Screw if !oriented => return None,
         JointKind::Revolute | JointKind::Screw | JointKind::Cylindrical => match turning {
             Some(axis) => (axis, centre_of_turning(samples, &home)?),
-            None => circle(samples, &spread)?,
+            None => better_arc(kind, &home, samples, [circle(samples, &spread), parabola(samples, &spread)])?,
         },
     };
     let mut manifold = Manifold {
@@ -204,6 +204,49 @@ fn circle(samples: &[Sample], spread: &Matrix3<f64>) -> Option<(Vector3<f64>, Ve
     let solved = information.lu().solve(&right)?;
     let centre = mean + e1 * (0.5 * solved.x) + e2 * (0.5 * solved.y);
     Some((spread.column(0).cross(&spread.column(1)), centre))
+}
+
+/// The one of several arcs that lies nearer to the positions.
+fn better_arc(
+    kind: JointKind,
+    home: &Isometry3<f64>,
+    samples: &[Sample],
+    arcs: [Option<(Vector3<f64>, Vector3<f64>)>; 2],
+) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    let misfit = |(axis, point): &(Vector3<f64>, Vector3<f64>)| {
+        let axis = Unit::try_new(*axis, 1e-12)?;
+        let manifold = Manifold {
+            kind,
+            home: *home,
+            axis,
+            point: *point,
+            pitch: 0.0,
+        };
+        Some(evaluate(&manifold, samples).1)
+    };
+    let weighed = arcs.into_iter().flatten().filter_map(|arc| Some((misfit(&arc)?, arc)));
+    weighed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1)
+}
+
+/// The circle that osculates a parabola through positions: for arcs too short for the algebraic circle, which
+/// noise pulls towards small radii.
+fn parabola(samples: &[Sample], spread: &Matrix3<f64>) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    let mean = samples.iter().map(|s| s.position).sum::<Vector3<f64>>() / samples.len() as f64;
+    let along: Vector3<f64> = spread.column(0).into();
+    let (mut information, mut right) = (Matrix3::zeros(), Matrix3::zeros());
+    for sample in samples {
+        let d = sample.position - mean;
+        let x = along.dot(&d);
+        let row = Vector3::new(1.0, x, x * x);
+        information += row * row.transpose();
+        right += row * d.transpose();
+    }
+    let solved = information.lu().solve(&right)?;
+    let bend: Vector3<f64> = solved.row(2).transpose();
+    let bend = bend - along * along.dot(&bend);
+    let inward = bend.try_normalize(1e-9)?;
+    let vertex = mean + solved.row(0).transpose();
+    Some((along.cross(&inward), vertex + inward / (2.0 * bend.norm())))
 }
 
 /// A sphere through positions (algebraic fit).

@@ -9,6 +9,8 @@ mod limits;
 mod manifold;
 mod pair;
 mod select;
+#[cfg(test)]
+mod tests;
 mod world;
 
 pub use config::Config;

@@ -130,17 +130,25 @@ fn correlation_time(fit: &Fit, samples: &[Sample]) -> f64 {
     if rho < 0.1 { 1.0 } else { (1.0 + rho) / (1.0 - rho) }
 }
 
-/// Log of the prior range of each freedom, in the order of the joint positions.
-fn log_ranges(kind: JointKind) -> f64 {
+/// Log of the prior range of the freedoms. One freedom alone has the range that it was seen to have, so that a
+/// line and an arc of the same length are on a par whatever their units.
+fn log_ranges(fit: &Fit) -> f64 {
     let (shift, turn) = (RANGE.0.ln(), RANGE.1.ln());
-    match kind {
+    match fit.manifold.kind {
         JointKind::Fixed => 0.0,
-        JointKind::Revolute | JointKind::Screw => turn,
-        JointKind::Prismatic => shift,
+        JointKind::Revolute | JointKind::Screw | JointKind::Prismatic => seen_range(fit).ln(),
         JointKind::Cylindrical => turn + shift,
         JointKind::Planar => turn + 2.0 * shift,
         JointKind::Spherical => 3.0 * turn,
     }
+}
+
+fn seen_range(fit: &Fit) -> f64 {
+    let positions = fit.projections.iter().map(|p| (p.z[0], (-p.log_precision).exp()));
+    let [low, high] = positions.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], (z, sd)| {
+        [l.min(z - 3.0 * sd), h.max(z + 3.0 * sd)]
+    });
+    (high - low).max(1e-12)
 }
 
 const HALF_LOG_TAU: f64 = 0.918_938_533_204_672_7;
@@ -148,10 +156,11 @@ const HALF_LOG_TAU: f64 = 0.918_938_533_204_672_7;
 fn evidence(fit: &Fit, samples: &[Sample], inflation: f64, effective: f64, reach: f64) -> f64 {
     let manifold = &fit.manifold;
     let latents = manifold.latents() as f64;
+    let range = log_ranges(fit);
     let occam: f64 = fit
         .projections
         .iter()
-        .map(|p| log_ranges(manifold.kind) + p.log_precision - latents * (inflation.ln() + HALF_LOG_TAU))
+        .map(|p| range + p.log_precision - latents * (inflation.ln() + HALF_LOG_TAU))
         .map(|cost| cost.max(0.0))
         .sum();
     let mut chi2 = fit.chi2 / inflation.powi(2);

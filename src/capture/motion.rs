@@ -83,8 +83,14 @@ pub fn track_noise(capture: &Capture, name: &str) -> TrackNoise {
     let streams: Vec<&PoseStream> = capture.interactions.iter().filter_map(|i| i.tracks.get(name)).collect();
     let stated = capture.noise;
     TrackNoise {
-        position: stated.position.unwrap_or_else(|| position_noise(&streams)).max(FLOOR.position),
-        rotation: stated.rotation.unwrap_or_else(|| rotation_noise(&streams)).max(FLOOR.rotation),
+        position: stated
+            .position
+            .unwrap_or_else(|| position_noise(&streams))
+            .max(FLOOR.position),
+        rotation: stated
+            .rotation
+            .unwrap_or_else(|| rotation_noise(&streams))
+            .max(FLOOR.rotation),
     }
 }
 

@@ -87,11 +87,10 @@ impl Placement {
 /// Looks for proof that the two are held by the joint that `fit` describes.
 pub fn coupling(capture: &Capture, pair: &Pair, fit: &Fit, placement: &Placement) -> Coupling {
     let mut found = Coupling::default();
-    for (index, run) in pair.runs.iter().enumerate() {
+    for run in &pair.runs {
         if transmitted(capture, pair, run, fit, placement) {
             found.add(&run.name, "the one that was not touched came along");
         }
-        let _ = index;
     }
     if fit.manifold.kind == JointKind::Revolute {
         persistent_axis(pair, &mut found);
@@ -141,7 +140,11 @@ fn transmitted(capture: &Capture, pair: &Pair, run: &Interaction, fit: &Fit, pla
     let apart = to - from;
     let level = apart - placement.up * placement.up.dot(&apart);
     let contained = level.norm() < 0.3 * placement.size;
-    let cosine = if contained { 0.0 } else { moved.normalize().dot(&level.normalize()) };
+    let cosine = if contained {
+        0.0
+    } else {
+        moved.normalize().dot(&level.normalize())
+    };
     if fit.manifold.kind != JointKind::Prismatic || run.kind == Kind::Lift {
         return cosine < 0.7;
     }
@@ -159,7 +162,11 @@ fn persistent_axis(pair: &Pair, found: &mut Coupling) {
         .filter_map(|i| {
             let path = pair.runs[i].tool_path.as_ref()?;
             let (first, last) = (path.position.first()?, path.position.last()?);
-            let way = path.position.iter().map(|p| p - first).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+            let way = path
+                .position
+                .iter()
+                .map(|p| p - first)
+                .max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
             (way.norm() > 1e-3).then_some((i, way.normalize(), last.coords))
         })
         .collect();

@@ -28,14 +28,17 @@ pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: 
     let kind = best.fit.manifold.kind;
     let start = position_at(&best.fit.manifold, &anchor.parent_from_child);
     let mut travels = travels(pair, selection, start);
-    let sign = direction(&travels, &(anchor.world_from_parent * best.fit.manifold.axis.into_inner()));
+    let sign = direction(
+        &travels,
+        &(anchor.world_from_parent * best.fit.manifold.axis.into_inner()),
+    );
     for travel in &mut travels {
         travel.position.iter_mut().for_each(|q| *q *= sign);
     }
     let from: Vec<String> = pair.runs.iter().map(|r| r.name.clone()).collect();
     let (axis, origin) = axis_and_origin(selection, anchor, placement, sign, &from);
     let unit = if kind == JointKind::Prismatic { "m" } else { "rad" };
-    let sd = position_noise(pair, selection);
+    let sd = position_noise(selection);
     let single = matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::Screw);
     let bound = |p: f64| (held * p).clamp(0.0, 0.9999);
     Joint {
@@ -54,7 +57,7 @@ pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: 
             .collect(),
         axis,
         origin,
-        pitch: (kind == JointKind::Screw).then(|| pitch(selection, sign, &from)),
+        pitch: (kind == JointKind::Screw).then(|| pitch(selection, &from)),
         limits: single.then(|| limits(pair, &travels, sd, unit)).flatten(),
         travelled: single.then(|| travelled(&travels)),
         position: single.then(|| Estimate::known(0.0, None, unit)),
@@ -109,7 +112,11 @@ fn travels(pair: &Pair, selection: &Selection, start: f64) -> Vec<Travel> {
 fn unwrapped(q: f64, last: Option<f64>, turning: bool) -> f64 {
     use std::f64::consts::TAU;
     let near = last.unwrap_or(0.0);
-    if turning { q - TAU * ((q - near) / TAU).round() } else { q }
+    if turning {
+        q - TAU * ((q - near) / TAU).round()
+    } else {
+        q
+    }
 }
 
 /// The axis points where the joint mostly went; where it went both ways, its largest component is positive.
@@ -122,10 +129,9 @@ fn direction(travels: &[Travel], axis: &Vector3<f64>) -> f64 {
 }
 
 /// Noise of one joint position.
-fn position_noise(pair: &Pair, selection: &Selection) -> f64 {
+fn position_noise(selection: &Selection) -> f64 {
     let projections = &selection.candidates[0].fit.projections;
     let mean = projections.iter().map(|p| (-p.log_precision).exp()).sum::<f64>() / projections.len().max(1) as f64;
-    let _ = pair;
     mean * selection.inflation
 }
 
@@ -146,18 +152,29 @@ fn axis_and_origin(
     };
     let across = Matrix3::identity() - axis * axis.transpose();
     let axis_spread = spread(fit.axis_map()) + across * anchor.rotation.powi(2);
-    let translational = matches!(fit.manifold.kind, JointKind::Prismatic | JointKind::Fixed | JointKind::Planar);
+    let translational = matches!(
+        fit.manifold.kind,
+        JointKind::Prismatic | JointKind::Fixed | JointKind::Planar
+    );
     let (origin, origin_spread) = if translational {
         let noise = Matrix3::identity() * anchor.position.powi(2).max(1e-8);
         (placement.child_centre, noise)
     } else {
         let point = anchor.world_from_parent * nalgebra::Point3::from(fit.manifold.point);
         let along = axis.dot(&(placement.child_centre - point.coords));
-        let along = if fit.manifold.kind == JointKind::Spherical { 0.0 } else { along };
+        let along = if fit.manifold.kind == JointKind::Spherical {
+            0.0
+        } else {
+            along
+        };
         let origin = point.coords + axis * along;
         let lever = (origin - anchor.world_from_parent.translation.vector).norm() * anchor.rotation;
         let placed = Matrix3::identity() * (anchor.position.powi(2) + lever.powi(2));
-        let open = if fit.manifold.kind == JointKind::Spherical { 0.0 } else { free_along(placement, &axis) };
+        let open = if fit.manifold.kind == JointKind::Spherical {
+            0.0
+        } else {
+            free_along(placement, &axis)
+        };
         let slide = axis * axis.transpose() * open.powi(2);
         (origin, spread(fit.point_map(along * sign)) + placed + slide)
     };
@@ -177,8 +194,14 @@ fn free_along(placement: &Placement, axis: &Vector3<f64>) -> f64 {
     if high > low { 0.5 * (high - low) } else { 0.01 }
 }
 
-fn pitch(selection: &Selection, _sign: f64, from: &[String]) -> Estimate {
+fn pitch(selection: &Selection, from: &[String]) -> Estimate {
     let fit = &selection.candidates[0].fit;
     let variance = fit.covariance[(10, 10)] * selection.inflation.powi(2) * selection.correlation;
-    Estimate::measured(fit.manifold.pitch, variance.sqrt(), "m/rad", from.to_vec(), "relative-motion")
+    Estimate::measured(
+        fit.manifold.pitch,
+        variance.sqrt(),
+        "m/rad",
+        from.to_vec(),
+        "relative-motion",
+    )
 }

@@ -75,7 +75,11 @@ fn evaluate(manifold: &Manifold, samples: &[Sample]) -> (Vec<Projection>, f64) {
         .iter()
         .map(|p| {
             let size = p.residual.norm();
-            if size <= threshold { size * size } else { threshold * (2.0 * size - threshold) }
+            if size <= threshold {
+                size * size
+            } else {
+                threshold * (2.0 * size - threshold)
+            }
         })
         .sum();
     (projections, chi2)
@@ -126,12 +130,23 @@ fn first_guess(kind: JointKind, samples: &[Sample]) -> Option<Manifold> {
     let (axis, point) = match kind {
         JointKind::Fixed => (Vector3::z(), home.translation.vector),
         JointKind::Prismatic => (spread.column(0).into(), home.translation.vector),
-        JointKind::Planar => (turning.unwrap_or_else(|| spread.column(2).into()), home.translation.vector),
-        JointKind::Spherical => (Vector3::z(), centre_of_turning(samples, &home).or_else(|| sphere(samples))?),
+        JointKind::Planar => (
+            turning.unwrap_or_else(|| spread.column(2).into()),
+            home.translation.vector,
+        ),
+        JointKind::Spherical => (
+            Vector3::z(),
+            centre_of_turning(samples, &home).or_else(|| sphere(samples))?,
+        ),
         JointKind::Screw if !oriented => return None,
         JointKind::Revolute | JointKind::Screw | JointKind::Cylindrical => match turning {
             Some(axis) => (axis, centre_of_turning(samples, &home)?),
-            None => better_arc(kind, &home, samples, [circle(samples, &spread), parabola(samples, &spread)])?,
+            None => better_arc(
+                kind,
+                &home,
+                samples,
+                [circle(samples, &spread), parabola(samples, &spread)],
+            )?,
         },
     };
     let mut manifold = Manifold {
@@ -178,7 +193,9 @@ fn centre_of_turning(samples: &[Sample], home: &Isometry3<f64>) -> Option<Vector
     let mut information = Matrix3::zeros();
     let mut right = Vector3::zeros();
     for sample in samples {
-        let turn = (sample.rotation? * home.rotation.inverse()).to_rotation_matrix().into_inner();
+        let turn = (sample.rotation? * home.rotation.inverse())
+            .to_rotation_matrix()
+            .into_inner();
         let a = Matrix3::identity() - turn;
         information += a.transpose() * a;
         right += a.transpose() * (sample.position - turn * home.translation.vector);

@@ -20,7 +20,8 @@ use crate::twin::{Joint, JointKind, Model};
 pub struct Articulation {
     /// Joints between tracked links, axis and origin in the world at the first view.
     pub joints: Vec<Joint>,
-    /// Names of the links whose joint's parent is `world`: they hang on something that was not tracked.
+    /// Links that were never seen or tracked but that a joint needs: `world` as the parent of what hangs on
+    /// something that nobody tracked, and a handle that only the tool followed.
     pub world_links: Vec<String>,
 }
 
@@ -62,14 +63,7 @@ pub fn infer(
 }
 
 /// The joint between two tracked things, where there is one.
-fn judge(
-    capture: &Capture,
-    model: &Model,
-    config: &Config,
-    notices: &mut Notices,
-    a: &str,
-    b: &str,
-) -> Option<Joint> {
+fn judge(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, a: &str, b: &str) -> Option<Joint> {
     let pair = Pair::gather(capture, a, b)?;
     let declared = same_body(a, b);
     if !declared && !(0..pair.runs.len()).any(|run| pair.moved(run)) {
@@ -83,7 +77,7 @@ fn judge(
     let selection = select(&pair.samples, &KINDS, reach)?;
     let best = &selection.candidates[0];
     let kind = best.fit.manifold.kind;
-    if selection.free > best.probability || (!declared && impossible(kind, &selection, &pair, &placement, config)) {
+    if selection.free > best.probability || (!declared && impossible(kind, &selection, &placement, config)) {
         return None;
     }
     let proof = coupling(capture, &pair, &best.fit, &placement);
@@ -118,21 +112,15 @@ fn near(placement: &Placement, config: &Config) -> bool {
 
 /// Kinds that the table explains, or that no real joint has: gliding in the plane of the table, a hinge far
 /// from both.
-fn impossible(
-    kind: JointKind,
-    selection: &Selection,
-    pair: &Pair,
-    placement: &Placement,
-    config: &Config,
-) -> bool {
+fn impossible(kind: JointKind, selection: &Selection, placement: &Placement, config: &Config) -> bool {
     let fit = &selection.candidates[0].fit;
     let radius = super::select::radius_of(fit).0;
     let far = |r: f64| r > config.reach * placement.size;
-    let _ = pair;
     match kind {
         JointKind::Fixed | JointKind::Planar => true,
         JointKind::Revolute | JointKind::Screw | JointKind::Cylindrical => {
-            let to_parent = fit.manifold.point - fit.manifold.axis.into_inner() * fit.manifold.axis.dot(&fit.manifold.point);
+            let to_parent =
+                fit.manifold.point - fit.manifold.axis.into_inner() * fit.manifold.axis.dot(&fit.manifold.point);
             far(radius) || far(to_parent.norm())
         }
         JointKind::Spherical => far((fit.manifold.point - fit.manifold.home.translation.vector).norm()),
@@ -142,7 +130,10 @@ fn impossible(
 
 /// Where the two stand at the first view; from the first rows of their tracks where the model does not know.
 fn placement(capture: &Capture, model: &Model, pair: &Pair) -> Option<Placement> {
-    let (parent_pose, child_pose) = (pose_of(capture, model, &pair.parent)?, pose_of(capture, model, &pair.child)?);
+    let (parent_pose, child_pose) = (
+        pose_of(capture, model, &pair.parent)?,
+        pose_of(capture, model, &pair.child)?,
+    );
     let (parent_mesh, child_mesh) = (
         world_mesh(model, &pair.parent, &parent_pose),
         world_mesh(model, &pair.child, &child_pose),
@@ -153,7 +144,11 @@ fn placement(capture: &Capture, model: &Model, pair: &Pair) -> Option<Placement>
             .map_or(pose.translation.vector, |(l, h)| 0.5 * (l.coords + h.coords))
     };
     let (parent_centre, child_centre) = (centre(&parent_mesh, &parent_pose), centre(&child_mesh, &child_pose));
-    let extent = |mesh: &Option<Mesh>| mesh.as_ref().and_then(Mesh::bounds).map_or(0.0, |(l, h)| (h - l).norm());
+    let extent = |mesh: &Option<Mesh>| {
+        mesh.as_ref()
+            .and_then(Mesh::bounds)
+            .map_or(0.0, |(l, h)| (h - l).norm())
+    };
     let size = extent(&parent_mesh)
         .max(extent(&child_mesh))
         .max((parent_centre - child_centre).norm())

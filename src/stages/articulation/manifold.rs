@@ -188,7 +188,9 @@ impl Manifold {
             let gradient = DVector::from_iterator(n, (j.transpose() * self.residual(sample, &z)).iter().copied());
             let damped = &information + DMatrix::identity(n, n) * (1e-9 * information.trace() + 1e-12);
             log_precision = 0.5 * damped.determinant().max(1e-300).ln();
-            let Some(step) = damped.lu().solve(&gradient) else { break };
+            let Some(step) = damped.lu().solve(&gradient) else {
+                break;
+            };
             (0..n).for_each(|k| z[k] += step[k]);
         }
         Projection {

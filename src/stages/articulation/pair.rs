@@ -29,7 +29,11 @@ impl<'a> Pair<'a> {
             .filter(|i| i.tracks.contains_key(a) && i.tracks.contains_key(b))
             .collect();
         let travelled = |name: &str| runs.iter().map(|i| travel(&i.tracks[name])).sum::<f64>();
-        let (parent, child) = if travelled(b) < 0.95 * travelled(a) { (b, a) } else { (a, b) };
+        let (parent, child) = if travelled(b) < 0.95 * travelled(a) {
+            (b, a)
+        } else {
+            (a, b)
+        };
         let motions: Vec<Vec<RelativePose>> = runs
             .iter()
             .map(|i| relative_motion(&i.tracks[parent], &i.tracks[child]))
@@ -93,7 +97,10 @@ fn travel(stream: &PoseStream) -> f64 {
 pub fn thinned(motions: &[Vec<RelativePose>], noise: (TrackNoise, TrackNoise)) -> Vec<Sample> {
     let rows: usize = motions.iter().map(Vec::len).sum();
     let wanted = rows.div_ceil(MOST).clamp(1, 8);
-    let group = (1..=wanted).rev().find(|&g| slow_enough(motions, g, noise)).unwrap_or(1);
+    let group = (1..=wanted)
+        .rev()
+        .find(|&g| slow_enough(motions, g, noise))
+        .unwrap_or(1);
     let stride = rows.div_ceil(group * MOST).max(1);
     let mut samples = Vec::new();
     for (run, motion) in motions.iter().enumerate() {
@@ -134,7 +141,11 @@ fn mean_of(rows: &[RelativePose], run: usize, noise: (TrackNoise, TrackNoise)) -
             / count;
         UnitQuaternion::from_scaled_axis(turn) * m
     });
-    let lever = if rotation.is_some() { noise.0.rotation * position.norm() } else { 0.0 };
+    let lever = if rotation.is_some() {
+        noise.0.rotation * position.norm()
+    } else {
+        0.0
+    };
     let variance = noise.0.position.powi(2) + noise.1.position.powi(2) + 2.0 / 3.0 * lever.powi(2);
     Sample {
         run,

@@ -6,6 +6,8 @@
 //! independent samples, from the lag-one correlation of the residuals, so that slow systematic errors of the
 //! tracks do not pass for proof.
 
+use rayon::prelude::*;
+
 use super::fit::{Fit, fit};
 use super::manifold::{Manifold, Sample};
 use crate::twin::JointKind;
@@ -55,7 +57,8 @@ pub struct Selection {
 
 /// Fits the kinds and weighs them. `reach` is the largest radius that a hinge may have, m.
 pub fn select(samples: &[Sample], kinds: &[JointKind], reach: f64) -> Option<Selection> {
-    let fits: Vec<Fit> = kinds.iter().filter_map(|&kind| fit(kind, samples)).collect();
+    let fitted: Vec<Option<Fit>> = kinds.par_iter().map(|&kind| fit(kind, samples)).collect();
+    let fits: Vec<Fit> = fitted.into_iter().flatten().collect();
     let dims = dimensions(samples);
     let spread = |f: &Fit| (f.chi2 / degrees(&f.manifold, samples, dims)).sqrt();
     let yardstick = yardstick(&fits, &spread, cap(samples))?;
@@ -164,11 +167,18 @@ fn evidence(fit: &Fit, samples: &[Sample], inflation: f64, effective: f64, reach
         .map(|cost| cost.max(0.0))
         .sum();
     let mut chi2 = fit.chi2 / inflation.powi(2);
-    if matches!(manifold.kind, JointKind::Revolute | JointKind::Cylindrical | JointKind::Screw) {
+    if matches!(
+        manifold.kind,
+        JointKind::Revolute | JointKind::Cylindrical | JointKind::Screw
+    ) {
         chi2 += beyond_reach(fit, inflation, reach) / effective;
     }
     let oriented = dimensions(samples) > 3.5;
-    let screw = if manifold.kind == JointKind::Screw { pitch_cost(fit, inflation, effective) } else { 0.0 };
+    let screw = if manifold.kind == JointKind::Screw {
+        pitch_cost(fit, inflation, effective)
+    } else {
+        0.0
+    };
     -effective * (0.5 * chi2 + occam) - manifold.parameters(oriented) as f64 - screw
 }
 

@@ -15,9 +15,18 @@ use crate::twin::{Joint, JointKind, Model, Provenance, Twin};
 
 /// Noise of the tracks: a motion capture rig, a good camera, a poor one.
 const LEVELS: [TrackNoise; 3] = [
-    TrackNoise { position: 1e-4, rotation: 1e-3 },
-    TrackNoise { position: 4e-4, rotation: 4e-3 },
-    TrackNoise { position: 1e-3, rotation: 8e-3 },
+    TrackNoise {
+        position: 1e-4,
+        rotation: 1e-3,
+    },
+    TrackNoise {
+        position: 4e-4,
+        rotation: 4e-3,
+    },
+    TrackNoise {
+        position: 1e-3,
+        rotation: 8e-3,
+    },
 ];
 
 fn turn(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
@@ -29,7 +38,8 @@ fn stream(poses: &[Isometry3<f64>], noise: TrackNoise, rng: &mut impl Rng) -> Po
     let mut out = PoseStream::default();
     for (i, pose) in poses.iter().enumerate() {
         out.time.push(i as f64 * 0.01);
-        out.position.push(Point3::from(pose.translation.vector + draw(noise.position)));
+        out.position
+            .push(Point3::from(pose.translation.vector + draw(noise.position)));
         let wobble = UnitQuaternion::from_scaled_axis(draw(noise.rotation));
         out.rotation.push(Some(wobble * pose.rotation));
     }
@@ -117,7 +127,10 @@ fn joints_of(capture: &Capture) -> Vec<Joint> {
 fn made(kind: JointKind) -> (Manifold, [[f64; 3]; 3]) {
     let manifold = Manifold {
         kind,
-        home: Isometry3::from_parts(Vector3::new(0.08, 0.02, 0.03).into(), turn(Vector3::new(1.0, 2.0, 0.5), 0.4)),
+        home: Isometry3::from_parts(
+            Vector3::new(0.08, 0.02, 0.03).into(),
+            turn(Vector3::new(1.0, 2.0, 0.5), 0.4),
+        ),
         axis: Unit::new_normalize(Vector3::new(0.2, -0.3, 1.0)),
         point: Vector3::new(0.04, -0.01, 0.02),
         pitch: 0.008,
@@ -151,7 +164,12 @@ fn jointed(kind: JointKind, noise: TrackNoise, seed: u64) -> (Capture, Isometry3
             ("thing/base", stream(&parents, noise, &mut rng)),
             ("thing/part", stream(&children, noise, &mut rng)),
         ];
-        runs.push(interaction(&format!("push-{k}"), "thing/part", Vector3::new(0.1, 0.0, 0.0), tracks));
+        runs.push(interaction(
+            &format!("push-{k}"),
+            "thing/part",
+            Vector3::new(0.1, 0.0, 0.0),
+            tracks,
+        ));
     }
     (capture(runs, false), base)
 }
@@ -188,7 +206,11 @@ fn axis_and_origin_lie_in_their_intervals_at_the_stated_rate() {
         let found = Vector3::from(joint.origin.value);
         let nearest = point + axis * axis.dot(&(found - point));
         let intervals = joint.axis.ci95.iter().chain(&joint.origin.ci95).flatten();
-        let truths = (sign * axis).iter().chain(nearest.iter()).copied().collect::<Vec<f64>>();
+        let truths = (sign * axis)
+            .iter()
+            .chain(nearest.iter())
+            .copied()
+            .collect::<Vec<f64>>();
         for ([low, high], truth) in intervals.zip(truths) {
             all += 1;
             inside += usize::from(*low <= truth && truth <= *high);
@@ -205,14 +227,23 @@ fn a_screw_gives_its_pitch() {
     assert!(low <= 0.008 && 0.008 <= high, "{low} {high}");
 }
 
+/// What was pushed, how the two went, and the way of the tool.
+type Move<'a> = (&'a str, Isometry3<f64>, Isometry3<f64>, Vector3<f64>);
+
 /// Two boxes on a table, not held to each other: what each does in each run.
-fn loose(moves: &[(&str, Isometry3<f64>, Isometry3<f64>, Vector3<f64>)]) -> Capture {
+fn loose(moves: &[Move]) -> Capture {
     let mut rng = rng_for(Seed(11), "loose");
-    let (a, b) = (Isometry3::translation(0.0, 0.0, 0.02), Isometry3::translation(0.09, 0.0, 0.02));
+    let (a, b) = (
+        Isometry3::translation(0.0, 0.0, 0.02),
+        Isometry3::translation(0.09, 0.0, 0.02),
+    );
     let runs = moves.iter().enumerate().map(|(k, (target, da, db, way))| {
         let at = |from: &Isometry3<f64>, to: &Isometry3<f64>, s: f64| {
             let moved = from.translation.vector + to.translation.vector * s;
-            Isometry3::from_parts(moved.into(), UnitQuaternion::from_scaled_axis(to.rotation.scaled_axis() * s))
+            Isometry3::from_parts(
+                moved.into(),
+                UnitQuaternion::from_scaled_axis(to.rotation.scaled_axis() * s),
+            )
         };
         let poses = |from: &Isometry3<f64>, to: &Isometry3<f64>| -> Vec<Isometry3<f64>> {
             shares(150).iter().map(|s| at(from, to, *s)).collect()
@@ -232,21 +263,36 @@ fn things_that_only_stand_beside_each_other_have_no_joint() {
     let to = Isometry3::translation;
     let spun = |x: f64, y: f64, angle: f64| Isometry3::new(Vector3::new(x, y, 0.0), Vector3::z() * angle);
     let cases: [(&str, Capture); 5] = [
-        ("one push along a line", loose(&[("b", still, to(0.05, 0.0, 0.0), Vector3::x())])),
-        ("two pushes of one box", loose(&[
-            ("b", still, to(0.05, 0.0, 0.0), Vector3::x()),
-            ("b", still, to(0.0, 0.06, 0.0), Vector3::y()),
-        ])),
-        ("a push off the centre", loose(&[("b", still, spun(0.01, 0.04, 0.4), Vector3::y())])),
-        ("one shoves the other", loose(&[
-            ("a", to(0.05, 0.0, 0.0), to(0.04, 0.0, 0.0), Vector3::x()),
-            ("b", still, to(0.05, 0.0, 0.0), Vector3::x()),
-        ])),
-        ("both are pushed about", loose(&[
-            ("a", spun(0.0, 0.05, 0.3), still, Vector3::y()),
-            ("b", still, spun(0.03, -0.05, -0.5), -Vector3::y()),
-            ("b", still, spun(0.05, 0.02, 0.3), Vector3::x()),
-        ])),
+        (
+            "one push along a line",
+            loose(&[("b", still, to(0.05, 0.0, 0.0), Vector3::x())]),
+        ),
+        (
+            "two pushes of one box",
+            loose(&[
+                ("b", still, to(0.05, 0.0, 0.0), Vector3::x()),
+                ("b", still, to(0.0, 0.06, 0.0), Vector3::y()),
+            ]),
+        ),
+        (
+            "a push off the centre",
+            loose(&[("b", still, spun(0.01, 0.04, 0.4), Vector3::y())]),
+        ),
+        (
+            "one shoves the other",
+            loose(&[
+                ("a", to(0.05, 0.0, 0.0), to(0.04, 0.0, 0.0), Vector3::x()),
+                ("b", still, to(0.05, 0.0, 0.0), Vector3::x()),
+            ]),
+        ),
+        (
+            "both are pushed about",
+            loose(&[
+                ("a", spun(0.0, 0.05, 0.3), still, Vector3::y()),
+                ("b", still, spun(0.03, -0.05, -0.5), -Vector3::y()),
+                ("b", still, spun(0.05, 0.02, 0.3), Vector3::x()),
+            ]),
+        ),
     ];
     for (name, capture) in &cases {
         let joints = joints_of(capture);
@@ -267,7 +313,14 @@ fn handle(path: impl Fn(f64) -> Vector3<f64>, count: usize, noise: f64, seed: u6
     let poses: Vec<Isometry3<f64>> = (0..count)
         .map(|i| Isometry3::from_parts(path(i as f64 / (count - 1) as f64).into(), UnitQuaternion::identity()))
         .collect();
-    let mut track = stream(&poses, TrackNoise { position: noise, rotation: 0.0 }, &mut rng);
+    let mut track = stream(
+        &poses,
+        TrackNoise {
+            position: noise,
+            rotation: 0.0,
+        },
+        &mut rng,
+    );
     track.rotation.iter_mut().for_each(|r| *r = None);
     let mut run = interaction("pull-0", "part", Vector3::x(), vec![("part", track)]);
     run.kind = Kind::Pull;

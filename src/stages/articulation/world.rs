@@ -23,13 +23,7 @@ const WORLD: &str = "world";
 const LEAST_PATH: f64 = 0.01;
 
 /// Adds the joints of things that were pulled while nothing else was tracked and nothing carries them.
-pub fn infer_world(
-    capture: &Capture,
-    model: &Model,
-    config: &Config,
-    notices: &mut Notices,
-    out: &mut Articulation,
-) {
+pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, out: &mut Articulation) {
     if capture.support.is_some() {
         return;
     }
@@ -40,9 +34,18 @@ pub fn infer_world(
         .collect();
     for target in targets {
         let known = out.joints.iter().any(|j| j.child == target || j.parent == target);
-        let joint = if known { None } else { pulled(capture, model, config, notices, target) };
+        let joint = if known {
+            None
+        } else {
+            pulled(capture, model, config, notices, target)
+        };
         if let Some(joint) = joint {
-            out.world_links.push(target.into());
+            for name in [WORLD, target] {
+                let there = model.twin.link(name).is_some() || out.world_links.iter().any(|l| l == name);
+                if !there {
+                    out.world_links.push(name.into());
+                }
+            }
             out.joints.push(joint);
         }
     }
@@ -91,13 +94,7 @@ const OF_A_PATH: [JointKind; 4] = [
 ];
 
 /// The joint that the pulls of one thing show.
-fn pulled(
-    capture: &Capture,
-    model: &Model,
-    config: &Config,
-    notices: &mut Notices,
-    target: &str,
-) -> Option<Joint> {
+fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, target: &str) -> Option<Joint> {
     let mut runs: Vec<(&Interaction, Vec<Sample>, Selection)> = Vec::new();
     for run in capture.fitted().filter(|i| i.target.as_deref() == Some(target)) {
         if let Some(samples) = samples_of(capture, run, target) {
@@ -106,7 +103,10 @@ fn pulled(
         }
     }
     let weights = pooled(&runs.iter().map(|r| &r.2).collect::<Vec<_>>());
-    let (kind, probability) = weights.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|(k, p)| (*k, *p))?;
+    let (kind, probability) = weights
+        .iter()
+        .max_by(|a, b| a.1.total_cmp(b.1))
+        .map(|(k, p)| (*k, *p))?;
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
         return None;
     }
@@ -115,9 +115,15 @@ fn pulled(
         .filter(|r| r.2.candidates[0].fit.manifold.kind == kind)
         .max_by(|a, b| extent(&a.1).total_cmp(&extent(&b.1)))?;
     if runs.len() > 1 {
-        let agree = runs.iter().filter(|r| r.2.candidates[0].fit.manifold.kind == kind).count();
+        let agree = runs
+            .iter()
+            .filter(|r| r.2.candidates[0].fit.manifold.kind == kind)
+            .count();
         let name = &best.0.name;
-        let message = format!("{agree} of {} pulls show this kind of joint; axis and origin are those of {name}", runs.len());
+        let message = format!(
+            "{agree} of {} pulls show this kind of joint; axis and origin are those of {name}",
+            runs.len()
+        );
         notices.note("articulation", target, message);
     }
     let mut selection = best.2.clone();

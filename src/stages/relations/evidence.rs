@@ -5,9 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Config;
 use super::placing::Bearing;
-use crate::capture::{
-    Capture, Interaction, Kind, PoseStream, RelativePose, TrackNoise, relative_motion, track_noise,
-};
+use crate::capture::{Capture, Interaction, Kind, PoseStream, RelativePose, TrackNoise, relative_motion, track_noise};
 
 /// What one interaction showed.
 #[derive(Clone, Debug)]

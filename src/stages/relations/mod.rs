@@ -5,6 +5,8 @@ mod evidence;
 mod placing;
 mod relate;
 mod support;
+#[cfg(test)]
+mod tests;
 
 pub use config::Config;
 pub use relate::relate;

@@ -98,10 +98,12 @@ pub fn bearing(a: &Placed, b: &Placed, up: &Vector3<f64>, config: &Config) -> Op
 /// True where the boxes around the two overlap seen from above.
 fn beneath_each_other(a: &Placed, b: &Placed, up: &Vector3<f64>) -> bool {
     let first = up.cross(&Vector3::ith(up.iamin(), 1.0)).normalize();
-    [first, up.cross(&first)].iter().all(|d| match (a.extent(d), b.extent(d)) {
-        (Some(x), Some(y)) => x.0 < y.1 && y.0 < x.1,
-        _ => false,
-    })
+    [first, up.cross(&first)]
+        .iter()
+        .all(|d| match (a.extent(d), b.extent(d)) {
+            (Some(x), Some(y)) => x.0 < y.1 && y.0 < x.1,
+            _ => false,
+        })
 }
 
 /// Without surfaces: one origin well above the other is a stack; near ones may be held to each other.
@@ -110,7 +112,11 @@ fn by_origins(a: &Placed, b: &Placed, up: &Vector3<f64>) -> Option<Bearing> {
     let height = up.dot(&apart);
     let level = (apart - up * height).norm();
     if height.abs() > 0.012 && height.abs() < 0.2 && level < 0.8 * height.abs() {
-        return Some(if height > 0.0 { Bearing::SecondOnTop } else { Bearing::FirstOnTop });
+        return Some(if height > 0.0 {
+            Bearing::SecondOnTop
+        } else {
+            Bearing::FirstOnTop
+        });
     }
     (apart.norm() < 0.15).then_some(Bearing::Perhaps)
 }

@@ -116,7 +116,11 @@ fn pair(
     }
     let fixed = probability_of_a_bond(&findings, config);
     let names = |keep: &dyn Fn(&Finding) -> bool| -> Vec<String> {
-        findings.iter().filter(|f| keep(f)).map(|f| f.interaction.clone()).collect()
+        findings
+            .iter()
+            .filter(|f| keep(f))
+            .map(|f| f.interaction.clone())
+            .collect()
     };
     if fixed > 0.9 {
         let mut relation = arc(RelationKind::Fixed, 0, fixed, names(&|f| f.log_odds > 0.0));
@@ -148,5 +152,11 @@ fn probability_of_a_bond(findings: &[Finding], config: &Config) -> f64 {
 fn breakaway(findings: &[Finding]) -> Option<Estimate> {
     let found = findings.iter().find(|f| f.breakaway.is_some())?;
     let (force, sd) = found.breakaway?;
-    Some(Estimate::measured(force, sd, "N", vec![found.interaction.clone()], "lift-peak"))
+    Some(Estimate::measured(
+        force,
+        sd,
+        "N",
+        vec![found.interaction.clone()],
+        "lift-peak",
+    ))
 }

@@ -28,7 +28,11 @@ pub fn standing(
     Some(Relation {
         a: SUPPORT.into(),
         b: thing.name.clone(),
-        kind: if shown { RelationKind::Resting } else { RelationKind::Unknown },
+        kind: if shown {
+            RelationKind::Resting
+        } else {
+            RelationKind::Unknown
+        },
         rotation_dof: 3,
         translation_dof: 3,
         probability: if shown { 0.99 } else { 0.5 },
@@ -50,7 +54,10 @@ fn tried(capture: &Capture, name: &str, up: &Vector3<f64>) -> Tried {
         moved: Vec::new(),
         glided: false,
     };
-    for run in capture.fitted().filter(|i| i.kind != Kind::Press && i.kind != Kind::Hold) {
+    for run in capture
+        .fitted()
+        .filter(|i| i.kind != Kind::Press && i.kind != Kind::Hold)
+    {
         let Some(shift) = run.tracks.get(name).and_then(|t| excursion(t, noise)) else {
             continue;
         };

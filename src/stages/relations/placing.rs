@@ -30,9 +30,13 @@ pub enum Bearing {
     Perhaps,
 }
 
+/// The name of what things hang on that nobody saw or tracked; it has no place of its own.
+const WORLD: &str = "world";
+
 /// Every link of the model at the first view.
 pub fn placed(model: &Model) -> Vec<Placed> {
-    model.twin.links().map(|(_, link)| place(model, link)).collect()
+    let things = model.twin.links().filter(|(_, link)| link.name != WORLD);
+    things.map(|(_, link)| place(model, link)).collect()
 }
 
 fn place(model: &Model, link: &Link) -> Placed {

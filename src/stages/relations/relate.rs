@@ -107,7 +107,8 @@ fn pair(
         breakaway: None,
     };
     if findings.iter().all(|f| f.log_odds.abs() < 0.5) {
-        return (bearing != Bearing::Perhaps).then(|| {
+        let seen = a.mesh.is_some() && b.mesh.is_some();
+        return seen.then(|| {
             let about = format!("{}, {}", lower.name, upper.name);
             let message = "they touch, and no interaction could have told a bond from mere rest: lift the upper one";
             notices.note("relations", &about, message);

@@ -15,6 +15,7 @@ mod inspect_views;
 mod inspection;
 mod json;
 mod model;
+mod motion;
 mod phases;
 mod read;
 mod streams;
@@ -31,6 +32,7 @@ pub use model::{
     BodyPrior, Camera, Capture, ColorImage, DepthImage, FORMAT, Frames, Interaction, Kind, LabelImage, MeshFile, Noise,
     PoseStream, Support, SupportFriction, Tool, ToolShape, VectorStream, View, WrenchStream,
 };
+pub use motion::{RelativePose, TrackNoise, first_rest, path_of, position_noise, relative_motion, track_noise};
 pub use phases::{Phase, PhaseKind, Segmented};
 pub use read::read_capture;
 pub use write::{write_capture, write_capture_with};

@@ -3,6 +3,7 @@
 mod decompose;
 mod distance;
 mod formats;
+mod gap;
 mod hull;
 mod mesh;
 mod properties;
@@ -18,6 +19,7 @@ mod topology;
 pub use decompose::{DecompositionConfig, convex_parts, decomposition_overlap};
 pub use distance::{Nearest, SurfaceDistance, SurfaceError, mean_surface_error};
 pub use formats::{parse_mesh, write_obj};
+pub use gap::gap;
 pub use hull::{convex_hull, slim_hull};
 pub use mesh::Mesh;
 pub use properties::{SolidProperties, mass_properties};

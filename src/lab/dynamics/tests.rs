@@ -244,10 +244,11 @@ fn a_retreating_tool_lets_the_block_coast() {
 
 #[test]
 fn a_press_reads_stiffness_times_depth_and_the_body_stays() {
+    let light = BLOCK.replace("1250.0", "90.0");
     let foam = "foam = { stiffness = 1500.0, damping = 3.0 }\n";
     for tool in ["", "tool = { shape = 'cylinder', radius = 0.01, half_height = 0.02 }\n"] {
         let seen = play(&format!(
-            "{BLOCK}{foam}[[action]]\nkind = 'press'\nname = 'p'\ntarget = 'block'\nat = [0.01, 0.0, 0.05]\ndepth = 0.008\nspeed = 0.02\n{tool}"
+            "{light}{foam}[[action]]\nkind = 'press'\nname = 'p'\ntarget = 'block'\nat = [0.01, 0.0, 0.05]\ndepth = 0.008\nspeed = 0.02\n{tool}"
         ));
         let force = mean(&seen.force_time, &seen.force, 2.0, 2.5);
         near("force", -force.z, 1500.0 * 0.008, 0.005);
@@ -353,6 +354,33 @@ fn what_rests_stays_where_it_is() {
         );
         assert!(drift < 5e-6 && first.rotation.angle_to(&last.rotation) < 1e-4 && given < 2e-5);
     }
+}
+
+#[test]
+fn a_light_body_carries_a_heavy_one() {
+    let seen = play(
+        "[[body]]\nname = 'light'\nshape = { kind = 'box', size = [0.06, 0.06, 0.02] }\nposition = [0.0, 0.0, 0.01]\ndensity = 400.0\n\
+         [[body]]\nname = 'heavy'\nshape = { kind = 'cylinder', radius = 0.025, height = 0.08 }\nposition = [0.004, 0.0, 0.06]\ndensity = 4000.0\n\
+         [[action]]\nkind = 'push'\nname = 'p'\ntarget = 'light'\nat = [-0.03, 0.0, 0.01]\ndirection = [1.0, 0.0, 0.0]\nspeed = 0.03\ntravel = 0.03\n",
+    );
+    let mass = 0.06 * 0.06 * 0.02 * 400.0 + std::f64::consts::PI * 0.025 * 0.025 * 0.08 * 4000.0;
+    let track = &seen.tracks["light"];
+    let moving = |t: &f64| track[(t * 1000.0).round() as usize].translation.vector.x;
+    let sliding: Vec<f64> = seen
+        .force_time
+        .iter()
+        .copied()
+        .filter(|t| moving(t) > 0.01 && moving(t) < 0.02)
+        .collect();
+    let force = mean(&seen.force_time, &seen.force, sliding[0], sliding[sliding.len() - 1]);
+    near("kinetic", force.x, 0.30 * (mass * G - force.z), 0.003);
+    let given = Vector3::new(0.004, 0.0, 0.06) - seen.tracks["heavy"][0].translation.vector;
+    println!(
+        "settled by {} {given:?} {:?}",
+        given.norm(),
+        seen.tracks["light"][0].translation.vector - Vector3::z() * 0.01
+    );
+    assert!(given.norm() < 2e-5);
 }
 
 #[test]

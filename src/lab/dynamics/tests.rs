@@ -41,7 +41,7 @@ fn solids_of(scene: &Scene) -> BTreeMap<String, Solid> {
                 4.0 / 3.0 * std::f64::consts::PI * r.powi(3),
                 Vector3::repeat(0.4 * r * r),
             ),
-            _ => panic!("a plain shape"),
+            _ => unreachable!("a plain shape"),
         };
         let mass = b.density * volume;
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), b.yaw);

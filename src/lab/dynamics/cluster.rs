@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::body::reach_of;
 use super::distance::reach;
 use super::footprint::{lowest_of, underside};
+use super::prepared::rests_on;
 use super::script::{Script, Wielding};
-use super::world::rests_on;
 use crate::lab::Scene;
 use crate::lab::Solid;
 

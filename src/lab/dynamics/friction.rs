@@ -11,6 +11,8 @@ const STRIBECK: f64 = 0.0005;
 const PRESLIDING: f64 = 15e-6;
 /// Damping ratio of a body that stands on its bristles under its own weight.
 const RATIO: f64 = 0.7;
+/// Largest `c dt / m` of the bristles of a contact.
+const BEARABLE: f64 = 0.25;
 
 /// The law of one pair of surfaces.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +35,16 @@ impl DryFriction {
             kinetic,
             stiffness,
             damping: 2.0 * RATIO * (stiffness / 9.81).sqrt(),
+        }
+    }
+
+    /// With no more damping than steps of `dt` bear where `load` presses on `mass`: explicit damping `c` needs
+    /// `c dt / m` well below 2.
+    #[inline]
+    pub fn eased(&self, mass: f64, load: f64, dt: f64) -> Self {
+        Self {
+            damping: self.damping.min(BEARABLE * mass / (dt * load.max(1e-9))),
+            ..*self
         }
     }
 

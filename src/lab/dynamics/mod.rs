@@ -8,7 +8,9 @@ mod footprint;
 mod friction;
 mod joint;
 mod patch;
+mod prepared;
 mod script;
+mod shove;
 #[cfg(test)]
 mod tests;
 mod tool;

@@ -11,8 +11,13 @@ use super::friction::{Bristle, DryFriction};
 pub(crate) const CONTACT_FREQUENCY: f64 = 4000.0;
 /// Damping ratio of contacts.
 const RATIO: f64 = 0.8;
-/// A point hardens beyond this multiple of the mean penetration, by this share of the whole stiffness.
-const HARDENING: (f64, f64) = (4.0, 0.1);
+/// Stiffness of the table under light bodies, N/m, as far as this frequency allows it, rad/s.
+const PRESSED: (f64, f64) = (1.5e6, 6000.0);
+/// A point hardens beyond this multiple of the usual penetration, by this share of the whole stiffness, at least beyond
+/// this depth, m.
+const HARDENING: (f64, f64, f64) = (4.0, 0.1, 2e-6);
+/// Time over which the usual penetration forgets a larger one, s.
+const ADAPTING: f64 = 0.005;
 
 /// How a contact answers penetration. It can only push.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +28,8 @@ pub(crate) struct Spring {
     pub damping: f64,
     /// Penetration over which the damping sets in, m (0 = at once): no step of force at first touch.
     pub onset: f64,
+    /// What it carries, kg.
+    pub mass: f64,
     /// Added to the penetration, m: what stands, stands at once with its weight.
     pub preload: f64,
 }
@@ -34,7 +41,20 @@ impl Spring {
             stiffness: mass * CONTACT_FREQUENCY.powi(2),
             damping: 2.0 * RATIO * mass * CONTACT_FREQUENCY,
             onset: 0.0,
+            mass,
             preload: 9.81 / CONTACT_FREQUENCY.powi(2),
+        }
+    }
+
+    /// Carries `mass` on the table: a light body stands no softer than it may, for it may be pressed hard.
+    fn on_table(mass: f64) -> Self {
+        let stiffness = (mass * CONTACT_FREQUENCY.powi(2)).max(PRESSED.0.min(mass * PRESSED.1.powi(2)));
+        Self {
+            stiffness,
+            damping: 2.0 * RATIO * (mass * stiffness).sqrt(),
+            onset: 0.0,
+            mass,
+            preload: 9.81 * mass / stiffness,
         }
     }
 
@@ -45,6 +65,7 @@ impl Spring {
             stiffness,
             damping: 2.0 * RATIO * (stiffness * mass).sqrt(),
             onset: 2e-5,
+            mass,
             preload: 0.0,
         }
     }
@@ -56,11 +77,12 @@ impl Spring {
     fn force(&self, weight: f64, depth: f64, leaving: f64, usual: f64) -> f64 {
         let ramp = if depth < self.onset { depth / self.onset } else { 1.0 };
         let plain = weight * (self.stiffness * depth - self.damping * ramp * leaving).max(0.0);
-        let beyond = depth - HARDENING.0 * usual;
+        let threshold = (HARDENING.0 * usual).max(HARDENING.2);
+        let beyond = depth - threshold;
         if self.onset > 0.0 || beyond <= 0.0 {
             return plain;
         }
-        let ramp = (beyond / (HARDENING.0 * usual).max(1e-9)).min(1.0);
+        let ramp = (beyond / threshold).min(1.0);
         plain + HARDENING.1 * (self.stiffness * beyond - self.damping * ramp * leaving).max(0.0)
     }
 }
@@ -122,7 +144,8 @@ impl Patch {
             return wrench;
         }
         let centre = axes.tr_mul(&apart);
-        let usual = std::mem::take(&mut self.usual);
+        let (usual, mut total) = (self.usual, 0.0);
+        let law = self.law.eased(self.spring.mass, self.spring.stiffness * usual, dt);
         for (foot, weight, bristle) in &mut self.feet {
             let (p, radius) = foot.place(owner);
             let found = nearest(&self.piece.shape, &axes.tr_mul(&(p - origin)), &centre);
@@ -134,11 +157,12 @@ impl Patch {
             let normal = axes * found.normal;
             let at = p - normal * (radius - 0.5 * depth.min(radius));
             let velocity = owner.velocity_at(&at) - other.velocity_at(&at);
-            self.usual += *weight * depth;
+            total += *weight * depth;
             let size = self.spring.force(*weight, depth, normal.dot(&velocity), usual);
-            let friction = bristle.advance(&self.law, &normal, &velocity, dt);
+            let friction = bristle.advance(&law, &normal, &velocity, dt);
             wrench.push(&at, (normal + friction) * size);
         }
+        self.usual = total.max(usual + (total - usual) * dt / ADAPTING);
         wrench
     }
 }
@@ -167,7 +191,7 @@ impl Standing {
         law: DryFriction,
     ) -> Self {
         let with = |feet: &[(Foot, f64)]| feet.iter().map(|(f, w)| (f.clone(), *w, Bristle::default())).collect();
-        let mut spring = Spring::carrying(mass);
+        let mut spring = Spring::on_table(mass);
         let stands = lowest.abs() < 5e-4;
         if stands {
             spring.preload += lowest;
@@ -194,7 +218,8 @@ impl Standing {
         if owner.position.z > self.reach + 1e-3 {
             return wrench;
         }
-        let usual = std::mem::take(&mut self.usual);
+        let (usual, mut total) = (self.usual, 0.0);
+        let law = self.law.eased(self.spring.mass, self.spring.stiffness * usual, dt);
         let all = if leans { self.guards.as_mut_slice() } else { &mut [] };
         for (foot, weight, bristle) in self.feet.iter_mut().chain(all) {
             let (p, radius) = foot.place(owner);
@@ -205,11 +230,12 @@ impl Standing {
             }
             let at = Vector3::new(p.x, p.y, p.z - radius);
             let velocity = owner.velocity_at(&at);
-            self.usual += *weight * depth;
+            total += *weight * depth;
             let size = self.spring.force(*weight, depth, velocity.z, usual);
-            let friction = bristle.advance(&self.law, &Vector3::z(), &velocity, dt);
+            let friction = bristle.advance(&law, &Vector3::z(), &velocity, dt);
             wrench.push(&at, (Vector3::z() + friction) * size);
         }
+        self.usual = total.max(usual + (total - usual) * dt / ADAPTING);
         wrench
     }
 }

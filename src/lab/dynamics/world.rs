@@ -2,21 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Translation3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::body::{Frame, RigidBody, Wrench, reach_of};
 use super::distance::Piece;
-use super::footprint::{Foot, lowest_of, shell, underside};
-use super::friction::DryFriction;
 use super::joint::Joint;
 use super::patch::{Patch, Spring, Standing};
+use super::prepared::{Prepared, law_of, shell_of, standing_of, standing_patches};
 use super::tool::{Hand, Touched};
 use super::weld::{Weld, WeldSpring, stiff};
-use crate::lab::{FrictionSpec, Scene};
-use crate::lab::{PartShape, Solid};
+use crate::lab::{PartShape, Scene, Solid};
 
-/// Gap within which a thing rests on another at first, m.
-const TOUCHING: f64 = 3e-4;
 /// Stiffness of one point of contact between bodies that meet, N/m.
 const MEETING: f64 = 1e4;
 /// Stiffness of glue, N/m and N·m/rad.
@@ -64,114 +60,12 @@ pub(crate) struct World {
     bonds: Vec<Bond>,
 }
 
-/// A solid with what the contacts need of it.
-struct Prepared<'a> {
-    solid: &'a Solid,
-    feet: Vec<(Foot, f64)>,
-    shell: Vec<(Foot, f64)>,
-    pieces: Vec<Piece>,
-    friction: FrictionSpec,
-}
-
-impl<'a> Prepared<'a> {
-    fn new(scene: &Scene, solid: &'a Solid) -> Self {
-        let spec = scene.body.iter().find(|b| b.name == solid.name);
-        Self {
-            solid,
-            feet: underside(solid),
-            shell: shell_of(solid),
-            pieces: solid.parts.iter().map(|part| Piece::of(solid, part)).collect(),
-            friction: spec.map(|s| s.friction).unwrap_or_default(),
-        }
-    }
-}
-
-/// Points all over a solid: of its pieces, or of its surface where it has many.
-fn shell_of(solid: &Solid) -> Vec<(Foot, f64)> {
-    let com = solid.com.coords;
-    if solid.parts.len() > 6 && !solid.mesh.vertices.is_empty() {
-        let every = solid.mesh.vertices.len().div_ceil(96);
-        let points = solid.mesh.vertices.iter().step_by(every);
-        return points
-            .map(|p| {
-                (
-                    Foot::Ball {
-                        at: p.coords - com,
-                        radius: 0.0,
-                    },
-                    1.0,
-                )
-            })
-            .collect();
-    }
-    let parts = solid.parts.iter().flat_map(|part| {
-        shell(&part.shape)
-            .into_iter()
-            .map(move |(p, radius)| (part.body_from_part.0 * nalgebra::Point3::from(p), radius))
-    });
-    parts
-        .map(|(p, radius)| {
-            (
-                Foot::Ball {
-                    at: p.coords - com,
-                    radius,
-                },
-                1.0,
-            )
-        })
-        .collect()
-}
-
 /// Gravity in the axes of the table, which rises by the hidden slopes along +x and +y.
 pub(crate) fn gravity_on_table(scene: &Scene) -> Vector3<f64> {
     let [x, y] = scene.support.tilt;
     let normal = Vector3::new(-x.tan(), -y.tan(), 1.0);
     let turn = UnitQuaternion::rotation_between(&normal, &Vector3::z()).unwrap_or_else(UnitQuaternion::identity);
     turn * Vector3::from(scene.gravity)
-}
-
-/// Whether `upper` rests on `lower` where they are at first.
-pub(crate) fn rests_on(scene: &Scene, upper: &Solid, lower: &Solid) -> bool {
-    let body = |solid: &Solid| RigidBody::new(solid, false, reach_of(solid));
-    let (a, b) = (body(upper), body(lower));
-    let gap = (a.frame.position - b.frame.position).norm() - a.reach - b.reach;
-    gap < TOUCHING
-        && !standing_patches(
-            &Prepared::new(scene, upper),
-            &Prepared::new(scene, lower),
-            &a,
-            &b,
-            scene,
-        )
-        .is_empty()
-}
-
-/// The patches by which `upper` stands on `lower`; none where it does not.
-fn standing_patches(upper: &Prepared, lower: &Prepared, a: &RigidBody, b: &RigidBody, scene: &Scene) -> Vec<Patch> {
-    let mass = if b.fixed { a.mass } else { a.mass.min(b.mass) };
-    let law = law_of(scene, upper, lower);
-    let mut rests = false;
-    let patches = lower.pieces.iter().map(|piece| {
-        let mut patch = Patch::new(&upper.feet, a.reach, piece.clone(), Spring::carrying(mass), law);
-        let (depth, up) = patch.deepest(&a.frame, &b.frame);
-        if depth.abs() < TOUCHING && up > 0.7 {
-            patch.level_out(depth);
-            rests = true;
-        }
-        patch
-    });
-    let patches: Vec<Patch> = patches.collect();
-    if rests { patches } else { Vec::new() }
-}
-
-fn law_of(scene: &Scene, first: &Prepared, second: &Prepared) -> DryFriction {
-    let (a, b) = (&first.solid.name, &second.solid.name);
-    let pair = scene
-        .pair
-        .iter()
-        .find(|p| (&p.a, &p.b) == (a, b) || (&p.b, &p.a) == (a, b));
-    let friction = pair.map_or(first.friction, |p| p.friction);
-    DryFriction::new(friction.static_, friction.kinetic)
 }
 
 impl World {
@@ -378,22 +272,4 @@ impl World {
             self.bodies[bond.a].wrench.add(&wrench, -1.0);
         }
     }
-}
-
-fn standing_of(prepared: &Prepared, body: &RigidBody) -> Option<Standing> {
-    if body.fixed {
-        return None;
-    }
-    let world_from_com = prepared.solid.world_from_body.0 * Translation3::from(prepared.solid.com.coords);
-    let lowest = lowest_of(&prepared.feet, &world_from_com);
-    let guards: Vec<(Foot, f64)> = prepared.shell.iter().map(|(foot, _)| (foot.clone(), 0.25)).collect();
-    let law = DryFriction::new(prepared.friction.static_, prepared.friction.kinetic);
-    Some(Standing::new(
-        &prepared.feet,
-        &guards,
-        body.reach,
-        body.mass,
-        lowest,
-        law,
-    ))
 }

@@ -1,7 +1,20 @@
 //! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
 
+mod anchor;
 mod config;
+mod discover;
+mod fuse;
+mod lens;
+mod range;
 mod reconstruct;
+mod solid;
+mod split;
+mod support;
+mod surface;
+mod volume;
+
+#[cfg(test)]
+mod tests;
 
 pub use config::Config;
-pub use reconstruct::{ShapedObject, Shapes, reconstruct};
+pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};

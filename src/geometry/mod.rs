@@ -2,16 +2,35 @@
 
 mod closing;
 mod components;
+mod distance;
 mod field;
+mod formats;
+mod hull;
 mod marching;
 mod mesh;
 mod plane;
+mod properties;
+mod sampling;
+mod silhouette;
+mod simplify;
+mod smooth;
+pub mod solids;
+mod topology;
 
 pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
 pub use components::{
     UnionFind, directed_edges, edge_defects, number_sets, submesh, unique_edges, vertex_components, vertex_normals,
 };
+pub use distance::{Nearest, SurfaceDistance, SurfaceError, mean_surface_error};
 pub use field::{BLOCK, Field, Voxel, offset_in_block};
+pub use formats::{parse_mesh, write_obj};
+pub use hull::{convex_hull, slim_hull};
 pub use marching::{GridEdge, march_cell, weld};
 pub use mesh::Mesh;
 pub use plane::Plane;
+pub use properties::{SolidProperties, mass_properties};
+pub use sampling::{SurfaceSample, sample_surface, sample_triangles};
+pub use silhouette::{Silhouette, silhouette};
+pub use simplify::simplify;
+pub use smooth::smooth;
+pub use topology::{TopologyFault, components, edges, euler_characteristic, is_closed_manifold};

@@ -202,9 +202,7 @@ fn signed_area(ring: &[u32], plan: impl Fn(u32) -> [f64; 2]) -> f64 {
 fn triangulate_loops(loops: &[Vec<u32>], plan: impl Fn(u32) -> [f64; 2]) -> Option<Vec<[u32; 3]>> {
     let mut plane = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     let mut name = Vec::new();
-    let mut segments = Vec::new();
     for ring in loops {
-        let first = name.len();
         let mut handles = Vec::with_capacity(ring.len());
         for v in ring {
             let [x, y] = plan(*v);
@@ -216,10 +214,6 @@ fn triangulate_loops(loops: &[Vec<u32>], plan: impl Fn(u32) -> [f64; 2]) -> Opti
             handles.push(handle);
         }
         for i in 0..ring.len() {
-            let (a, b) = (i, (i + 1) % ring.len());
-            segments.push((plan(name[first + a]), plan(name[first + b])));
-        }
-        for i in 0..ring.len() {
             let (a, b) = (handles[i], handles[(i + 1) % ring.len()]);
             if !plane.can_add_constraint(a, b) {
                 return None;
@@ -227,20 +221,33 @@ fn triangulate_loops(loops: &[Vec<u32>], plan: impl Fn(u32) -> [f64; 2]) -> Opti
             plane.add_constraint(a, b);
         }
     }
-    let faces = plane.inner_faces().filter_map(|face| {
-        let p = face.positions();
-        let middle = [(p[0].x + p[1].x + p[2].x) / 3.0, (p[0].y + p[1].y + p[2].y) / 3.0];
-        inside_loops(middle, &segments).then(|| face.vertices().map(|v| name[v.fix().index()]))
-    });
-    Some(faces.collect())
+    let inside = faces_inside(&plane);
+    let faces = plane.inner_faces().filter(|face| inside[face.fix().index()]);
+    Some(faces.map(|face| face.vertices().map(|v| name[v.fix().index()])).collect())
 }
 
-/// Even-odd rule.
-fn inside_loops(p: [f64; 2], segments: &[([f64; 2], [f64; 2])]) -> bool {
-    let crossings = segments
-        .iter()
-        .filter(|(a, b)| (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
-    crossings.count() % 2 == 1
+/// Which faces an odd number of constraint edges parts from the outside, walking from face to face: no
+/// coordinates are compared, so that slivers along straight loops fall on the right side.
+fn faces_inside(plane: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<bool> {
+    let mut side: Vec<Option<bool>> = vec![None; plane.num_all_faces()];
+    let outer = plane.outer_face().fix().index();
+    side[outer] = Some(false);
+    let mut across: Vec<Vec<(usize, bool)>> = vec![Vec::new(); side.len()];
+    for edge in plane.undirected_edges() {
+        let [a, b] = [edge.as_directed(), edge.as_directed().rev()].map(|e| e.face().fix().index());
+        across[a].push((b, edge.is_constraint_edge()));
+        across[b].push((a, edge.is_constraint_edge()));
+    }
+    let mut queue = vec![outer];
+    while let Some(face) = queue.pop() {
+        for (next, border) in &across[face] {
+            if side[*next].is_none() {
+                side[*next] = side[face].map(|s| s != *border);
+                queue.push(*next);
+            }
+        }
+    }
+    side.into_iter().map(|s| s.unwrap_or(false)).collect()
 }
 
 #[cfg(test)]

@@ -101,11 +101,37 @@ impl Plane {
         let length = w.xyz().norm();
         let normal = UnitVector3::try_new(w.xyz(), 1e-9)?;
         let offset = normal.dot(&centre) - w.w / length * scale;
-        let plane = Self { normal, offset };
-        let wrong = below.iter().filter(|p| plane.height(p) > 0.0).count()
-            + above.iter().filter(|p| plane.height(p) < 0.0).count();
-        Some((plane, wrong as f64 / n as f64))
+        let (offset, wrong) = best_offset(&normal, offset, below, above);
+        Some((Self { normal, offset }, wrong as f64 / n as f64))
     }
+}
+
+/// The offset along `normal` that leaves the fewest points on the wrong side, nearest to `guess` among equals;
+/// and that number.
+fn best_offset(
+    normal: &UnitVector3<f64>,
+    guess: f64,
+    below: &[Point3<f64>],
+    above: &[Point3<f64>],
+) -> (f64, usize) {
+    let place = |p: &Point3<f64>| normal.dot(&p.coords);
+    let mut line: Vec<(f64, bool)> = below.iter().map(|p| (place(p), false)).collect();
+    line.extend(above.iter().map(|p| (place(p), true)));
+    line.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // With the border under everything, every point of the lower set is on the wrong side.
+    let mut wrong = below.len();
+    let mut best = (wrong, f64::INFINITY, guess);
+    for (i, (at, is_above)) in line.iter().enumerate() {
+        if *is_above { wrong += 1 } else { wrong -= 1 }
+        let next = line.get(i + 1).map_or(*at, |n| n.0);
+        let border = guess.clamp(*at, next);
+        let middle = 0.5 * (at + next);
+        let candidate = (wrong, (border - guess).abs(), middle);
+        if (candidate.0, candidate.1) < (best.0, best.1) {
+            best = candidate;
+        }
+    }
+    (best.2, best.0)
 }
 
 /// Weighted logistic regression of (row, outcome, weight) by damped Newton steps.

@@ -11,6 +11,8 @@ use crate::geometry::{Mesh, UnionFind, number_sets, submesh};
 const LEAST_AREA: f64 = 3e-4;
 /// Farthest that a named frame may lie from the thing that takes its name, m.
 const REACH: f64 = 0.15;
+/// How much farther a frame may be from a thing that has no name yet, m.
+const PASSED_OVER: f64 = 0.03;
 
 /// Something that hangs together above the support, with the names that belong to it.
 pub struct Thing {
@@ -90,22 +92,34 @@ const HALF_NEIGHBOURS: [[i32; 3]; 13] = [
     [1, -1, -1],
 ];
 
-/// Gives each named frame to the thing that it lies in, or to the nearest within reach. Returns the names that
-/// found none.
+/// Gives each named frame to the thing that it lies in, or to the nearest within reach; a thing that has a name
+/// already is passed over for one that has none and is hardly farther. Returns the names that found none.
 pub fn give_names(things: &mut [Thing], named: Vec<(String, Point3<f64>)>) -> Vec<String> {
+    let distance = |origin: &Point3<f64>, thing: &Thing| {
+        let bounds = thing.bounds();
+        let middle = nalgebra::center(&bounds.0, &bounds.1);
+        distance_to_box(origin, bounds) + 0.01 * (origin - middle).norm()
+    };
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (n, (_, origin)) in named.iter().enumerate() {
+        pairs.extend(things.iter().enumerate().map(|(t, thing)| (distance(origin, thing), n, t)));
+    }
+    pairs.retain(|p| p.0 < REACH);
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut owner: Vec<Option<usize>> = vec![None; named.len()];
+    let nearest = |n: usize| pairs.iter().find(|p| p.1 == n);
+    for (far, n, t) in &pairs {
+        let hardly_farther = nearest(*n).is_some_and(|p| *far < p.0 + PASSED_OVER);
+        if owner[*n].is_none() && !owner.contains(&Some(*t)) && hardly_farther {
+            owner[*n] = Some(*t);
+        }
+    }
+    let owner: Vec<Option<usize>> = (0..named.len()).map(|n| owner[n].or(nearest(n).map(|p| p.2))).collect();
     let mut lost = Vec::new();
-    for (name, origin) in named {
-        let nearest = things
-            .iter()
-            .enumerate()
-            .map(|(i, t)| (distance_to_box(&origin, t.bounds()), i))
-            .min_by(|a, b| {
-                let tie = |i: usize| nearest_vertex(&things[i].surface, &origin);
-                a.0.total_cmp(&b.0).then_with(|| tie(a.1).total_cmp(&tie(b.1)))
-            });
-        match nearest {
-            Some((distance, i)) if distance < REACH => things[i].named.push((name, origin)),
-            _ => lost.push(name),
+    for ((name, origin), owner) in named.into_iter().zip(owner) {
+        match owner {
+            Some(t) => things[t].named.push((name, origin)),
+            None => lost.push(name),
         }
     }
     lost
@@ -115,8 +129,4 @@ fn distance_to_box(p: &Point3<f64>, (low, high): (Point3<f64>, Point3<f64>)) -> 
     // The box reaches down to the support.
     let low = Point3::new(low.x, low.y, low.z.min(0.0));
     (p - p.sup(&low).inf(&high)).norm()
-}
-
-fn nearest_vertex(mesh: &Mesh, p: &Point3<f64>) -> f64 {
-    mesh.vertices.iter().map(|v| (v - p).norm_squared()).fold(f64::INFINITY, f64::min)
 }

@@ -1,18 +1,18 @@
 //! Fusion of range images into a truncated signed distance field (Curless and Levoy 1996).
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::range::{Range, Reading};
 use crate::capture::Capture;
 use crate::geometry::{BLOCK, Field, Voxel};
 
-/// The views of a capture relative to a field's frame.
-pub fn ranges<'a>(capture: &'a Capture, world_from_field: &Isometry3<f64>) -> Vec<Range<'a>> {
+/// The views of a capture; their field's frame is the world.
+pub fn ranges(capture: &Capture) -> Vec<Range<'_>> {
     capture
         .views
         .par_iter()
-        .map(|view| Range::new(&capture.cameras[view.camera], view, world_from_field))
+        .map(|view| Range::new(&capture.cameras[view.camera], view))
         .collect()
 }
 

@@ -37,12 +37,12 @@ pub enum Reading {
 }
 
 impl<'a> Range<'a> {
-    /// Sorts out the pixels of a view.
-    pub fn new(camera: &'a Camera, view: &'a View, world_from_field: &Isometry3<f64>) -> Self {
+    /// Sorts out the pixels of a view; its field's frame is the world.
+    pub fn new(camera: &'a Camera, view: &'a View) -> Self {
         let mut range = Self {
             camera,
             color: view.color.as_ref(),
-            camera_from_field: view.world_from_camera.0.inverse() * world_from_field,
+            camera_from_field: view.world_from_camera.0.inverse(),
             counts: &view.depth.counts,
             slant: Vec::new(),
             width: i64::from(view.depth.width),

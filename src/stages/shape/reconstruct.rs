@@ -64,8 +64,11 @@ pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) ->
         });
         return Ok(Shapes { support, objects: given });
     }
-    let ground = find_support(capture, &ranges(capture, &Isometry3::identity()), notices);
-    let ranges = ranges(capture, &ground.world_from_field);
+    let mut ranges = ranges(capture);
+    let ground = find_support(capture, &ranges, notices);
+    for range in &mut ranges {
+        range.camera_from_field *= ground.world_from_field;
+    }
     let floor = floor_above(&ground, config);
     let mut things = find_things(&ranges, config, floor, notices);
     let named = origins(&anchors, &ground.world_from_field.inverse());
@@ -88,7 +91,7 @@ pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) ->
 /// Settings that cannot work.
 pub fn seen_surface(capture: &Capture, config: &Config, notices: &mut Notices) -> Result<Mesh> {
     config.check()?;
-    let ranges = ranges(capture, &Isometry3::identity());
+    let ranges = ranges(capture);
     let field = sparse_field(&ranges, config, |_| true, "scene", notices);
     Ok(open_surface(&field))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::surface::edge_color;
 use super::volume::Volume;
@@ -13,6 +13,10 @@ use crate::geometry::{
 
 /// Pieces smaller than this share of the largest are dropped.
 const LEAST_PIECE: f64 = 0.05;
+/// Depth below the seen surface to which its label decides whose a voxel is, voxels.
+const SHALLOW: f64 = 1.5;
+/// Passes of smoothing over all of the mesh, and over what was concluded rather than seen.
+const FAIRING: [usize; 2] = [6, 20];
 
 /// The part of a volume that is one body.
 pub struct Part<'a> {
@@ -22,33 +26,62 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// Extracts the body, closed, in the field's frame; cut flat at `z = 0` where it reaches the support.
+    /// Extracts the body, closed, in the field's frame; flat at `z = 0` where it reaches the support.
     /// Nothing where no volume is left.
     pub fn mesh(&self, on_support: bool) -> Option<Mesh> {
-        let (mesh, edges) = self.extract();
-        let (mesh, edges) = largest_pieces(mesh, edges)?;
-        let mut mesh = self.paint(mesh, &edges);
-        smooth_unseen(&mut mesh);
-        if on_support {
-            mesh = stand(mesh, 0.02 * self.volume.field.voxel)?;
-        }
+        let mut mesh = match on_support {
+            true => self.standing().or_else(|| self.painted(true))?,
+            false => self.painted(false)?,
+        };
+        fair(&mut mesh);
         (edge_defects(&mesh) == 0 && mesh.volume() > 0.0).then_some(mesh)
     }
 
-    /// The distance to this body alone, at a global index. Outside the box there is nothing.
+    /// The body cut at the support, with its foot closed there by triangulation.
+    fn standing(&self) -> Option<Mesh> {
+        stand(&self.painted(false)?, 0.02 * self.volume.field.voxel).filter(|mesh| edge_defects(mesh) == 0)
+    }
+
+    /// The body as the grid has it. With `footed`, the layer under the support mirrors the one above it with
+    /// the sign of the outside, so that the foot comes out at `z = 0` without any cut.
+    fn painted(&self, footed: bool) -> Option<Mesh> {
+        let (mesh, edges) = self.extract(footed);
+        let (mesh, edges) = largest_pieces(mesh, edges)?;
+        let mut mesh = self.paint(mesh, &edges);
+        for (p, seen) in mesh.vertices.iter_mut().zip(&mut mesh.seen).filter(|(p, _)| footed && p.z.abs() < 1e-9) {
+            (p.z, *seen) = (0.0, false);
+        }
+        Some(mesh)
+    }
+
+    fn footed(&self, index: [i32; 3]) -> f64 {
+        match index[2] {
+            0.. => self.value(index),
+            below => self.value([index[0], index[1], -1 - below]).abs(),
+        }
+    }
+
+    /// The distance to this body alone, at a global index. Outside the box there is nothing. Near the surface
+    /// the owner decides, since it was seen; deep inside the parting planes do.
     fn value(&self, index: [i32; 3]) -> f64 {
         let voxel = self.volume.field.voxel;
         let Some(at) = self.volume.at_global(index) else {
             return voxel;
         };
         let (distance, owner) = (f64::from(self.volume.distance[at]), self.volume.owner[at]);
-        let parted = |a: u32, b: u32| self.planes.iter().any(|p| (p.0, p.1) == (a, b) || (p.0, p.1) == (b, a));
-        if distance < 0.0 && owner != self.body && !parted(owner, self.body) {
-            return 0.5 * voxel;
+        if distance >= 0.0 {
+            return distance;
         }
-        let side = self.side(index);
-        let value = distance.max(side);
-        if value.abs() < 1e-9 { 1e-9 } else { value }
+        let parted = |a: u32, b: u32| self.planes.iter().any(|p| (p.0, p.1) == (a, b) || (p.0, p.1) == (b, a));
+        let shallow = distance > -SHALLOW * voxel && self.volume.observed[at];
+        match owner == self.body {
+            true if shallow => distance,
+            false if shallow || !parted(owner, self.body) => 0.5 * voxel,
+            _ => {
+                let value = distance.max(self.side(index));
+                if value.abs() < 1e-9 { 1e-9 } else { value }
+            }
+        }
     }
 
     /// How far a sample is on the wrong side of the planes that part this body from others.
@@ -62,7 +95,7 @@ impl Part<'_> {
         sides.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn extract(&self) -> (Mesh, Vec<GridEdge>) {
+    fn extract(&self, footed: bool) -> (Mesh, Vec<GridEdge>) {
         let [nx, ny, nz] = self.volume.size.map(|n| n as i32);
         let low = self.volume.low;
         // One layer more on every side, which is outside, closes what reaches the end of the box.
@@ -72,7 +105,8 @@ impl Part<'_> {
         for z in 0..wide[2] {
             for y in 0..wide[1] {
                 for x in 0..wide[0] {
-                    values[place(x, y, z)] = self.value([low[0] + x - 1, low[1] + y - 1, low[2] + z - 1]);
+                    let index = [low[0] + x - 1, low[1] + y - 1, low[2] + z - 1];
+                    values[place(x, y, z)] = if footed { self.footed(index) } else { self.value(index) };
                 }
             }
         }
@@ -98,18 +132,25 @@ impl Part<'_> {
         let ends = [edge.corner, edge.end()];
         let plain = ends.iter().all(|i| self.volume.at_global(*i).is_some_and(|at| {
             let distance = f64::from(self.volume.distance[at]);
-            self.side(*i) <= distance && (distance >= 0.0 || self.volume.owner[at] == self.body)
+            distance >= 0.0 || self.value(*i) == distance
         }));
         plain && ends.iter().any(|i| self.volume.at_global(*i).is_some_and(|at| {
             self.volume.observed[at] && f64::from(self.volume.distance[at]).abs() < near
         }))
     }
 
+    /// The grid edge at or above the layer down to which the thing was seen clear of the support.
+    fn raised(&self, edge: &GridEdge) -> GridEdge {
+        let mut raised = *edge;
+        raised.corner[2] = raised.corner[2].max(self.volume.clear);
+        raised
+    }
+
     fn paint(&self, mut mesh: Mesh, edges: &[GridEdge]) -> Mesh {
         mesh.seen = edges.iter().map(|e| self.was_seen(e)).collect();
         let own = edges.iter().zip(&mesh.seen);
         let colors: Vec<Option<[u8; 3]>> = own
-            .map(|(e, seen)| seen.then(|| edge_color(&self.volume.field, e)).flatten())
+            .map(|(e, seen)| seen.then(|| edge_color(&self.volume.field, &self.raised(e))).flatten())
             .collect();
         mesh.colors = spread_colors(&mesh, colors);
         mesh
@@ -143,17 +184,34 @@ fn adjacency(mesh: &Mesh) -> Vec<Vec<u32>> {
     neighbours
 }
 
-/// Fairs what was concluded rather than seen (Taubin 1995); seen vertices stay where they are.
-fn smooth_unseen(mesh: &mut Mesh) {
+/// Fairs the mesh without shrinking it (Taubin 1995): a little everywhere against the grain of the sensor
+/// noise, more where the surface was concluded rather than seen.
+fn fair(mesh: &mut Mesh) {
     let neighbours = adjacency(mesh);
-    for factor in [0.5, -0.53].into_iter().cycle().take(20) {
-        let old = mesh.vertices.clone();
-        for (v, around) in neighbours.iter().enumerate().filter(|(v, _)| !mesh.seen[*v]) {
-            let sum = around.iter().map(|w| old[*w as usize].coords).sum::<Vector3<f64>>();
-            let pull = sum / around.len().max(1) as f64 - old[v].coords;
-            mesh.vertices[v] = old[v] + pull * factor;
+    for (round, only_unseen) in [(FAIRING[0], false), (FAIRING[1], true)] {
+        for factor in [0.5, -0.53].into_iter().cycle().take(round) {
+            let old = mesh.vertices.clone();
+            for (v, around) in neighbours.iter().enumerate().filter(|(v, _)| !(only_unseen && mesh.seen[*v])) {
+                mesh.vertices[v] = old[v] + pull(&old, v, around) * factor;
+            }
         }
     }
+}
+
+/// From a vertex to the middle of its neighbours. A vertex of the foot stays in its plane and follows the wall
+/// above it.
+fn pull(vertices: &[Point3<f64>], v: usize, around: &[u32]) -> Vector3<f64> {
+    let foot = vertices[v].z == 0.0;
+    let count = around.iter().filter(|w| !foot || vertices[**w as usize].z > 0.0).count();
+    let wall = around.iter().map(|w| vertices[*w as usize]).filter(|p| !foot || p.z > 0.0);
+    if count == 0 {
+        return Vector3::zeros();
+    }
+    let mut pull = wall.map(|p| p.coords).sum::<Vector3<f64>>() / count as f64 - vertices[v].coords;
+    if foot {
+        pull.z = 0.0;
+    }
+    pull
 }
 
 /// Drops crumbs and inner voids.
@@ -174,8 +232,8 @@ fn largest_pieces(mesh: Mesh, edges: Vec<GridEdge>) -> Option<(Mesh, Vec<GridEdg
 }
 
 /// Cuts the mesh at the support and closes its foot there.
-fn stand(mesh: Mesh, clearance: f64) -> Option<Mesh> {
-    let (mut cut, source) = cut_below(&mesh, clearance);
+fn stand(mesh: &Mesh, clearance: f64) -> Option<Mesh> {
+    let (mut cut, source) = cut_below(mesh, clearance);
     if cut.triangles.is_empty() || !cap_at_zero(&mut cut) {
         return None;
     }

@@ -10,8 +10,12 @@ use crate::geometry::{Mesh, Plane, UnionFind, number_sets, unique_edges, vertex_
 const LEAST_SHARE: f64 = 0.03;
 /// Most vertices on the wrong side of a plane that still parts two bodies.
 const PLANE_ERROR: f64 = 0.04;
-/// Scale of the merge rule, in units of dissimilarity times vertices.
-const MERGE_SCALE: f64 = 150.0;
+/// Scale of the merge rule: how much more dissimilar than inside may a border be of a patch that is everything.
+const MERGE_SCALE: f64 = 0.8;
+/// The same for the smallest patches.
+const MOST_SLACK: f64 = 5.0;
+/// Distance that a unit of colour difference counts for, m.
+const TINT_METRES: f64 = 0.003;
 
 /// Which body of a thing each surface vertex belongs to, and the planes that part the bodies.
 pub struct Split {
@@ -65,14 +69,17 @@ fn parting_planes(surface: &Mesh, labels: &[u32], count: u32) -> Vec<(u32, u32, 
 }
 
 /// Patches given to frames one to one at the least total distance to the patches' middles, the remaining ones
-/// to the body whose patch is nearest; nothing where there are fewer patches than frames.
+/// to the body whose patch is nearest in place and colour; nothing where there are fewer patches than frames.
 fn labels_of_patches(surface: &Mesh, named: &[(String, Point3<f64>)]) -> Option<Vec<u32>> {
     let (patch, count) = patches(surface);
     let mut size = vec![0_usize; count];
+    let mut tints = vec![Vector3::<f64>::zeros(); count];
     let mut bounds = vec![(Point3::from([f64::MAX; 3]), Point3::from([f64::MIN; 3])); count];
     for (v, p) in surface.vertices.iter().enumerate() {
         let k = patch[v] as usize;
         size[k] += 1;
+        let step = (tint(surface.colors.get(v)) - tints[k]) / size[k] as f64;
+        tints[k] += step;
         bounds[k] = (bounds[k].0.inf(p), bounds[k].1.sup(p));
     }
     let least = LEAST_SHARE * surface.vertices.len() as f64;
@@ -90,7 +97,8 @@ fn labels_of_patches(surface: &Mesh, named: &[(String, Point3<f64>)]) -> Option<
     let chosen: Vec<usize> = cheapest_assignment(&cost).into_iter().map(|i| large[i]).collect();
     let owner: Vec<u32> = (0..count)
         .map(|k| {
-            let far = |body: usize| box_gap(&bounds[k], &bounds[chosen[body]]);
+            let unlike = |other: usize| TINT_METRES * (tints[k] - tints[other]).norm();
+            let far = |body: usize| box_gap(&bounds[k], &bounds[chosen[body]]) + unlike(chosen[body]);
             let direct = chosen.iter().position(|c| *c == k);
             let near = || (0..chosen.len()).min_by(|a, b| far(*a).total_cmp(&far(*b)));
             direct.or_else(near).unwrap_or(0) as u32
@@ -147,7 +155,8 @@ fn patches(surface: &Mesh) -> (Vec<u32>, usize) {
         .collect();
     weighted.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)).then(x.2.cmp(&y.2)));
     let mut sets = UnionFind::new(n);
-    let mut inner = vec![MERGE_SCALE; n];
+    let scale = MERGE_SCALE * n as f64;
+    let mut inner = vec![MOST_SLACK; n];
     let mut size = vec![1_u32; n];
     for (weight, a, b) in &weighted {
         let (a, b) = (sets.find(*a), sets.find(*b));
@@ -155,7 +164,7 @@ fn patches(surface: &Mesh) -> (Vec<u32>, usize) {
             let total = size[a as usize] + size[b as usize];
             let root = sets.union(a, b) as usize;
             size[root] = total;
-            inner[root] = weight + MERGE_SCALE / f64::from(total);
+            inner[root] = weight + (scale / f64::from(total)).min(MOST_SLACK);
         }
     }
     // Slivers join their most similar neighbour.

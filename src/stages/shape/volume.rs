@@ -19,6 +19,8 @@ pub struct Volume {
     pub field: Field,
     /// Global index of the first voxel.
     pub low: [i32; 3],
+    /// Global height index of the lowest layer that is clear of the support.
+    pub clear: i32,
     /// Number of voxels per axis.
     pub size: [usize; 3],
     /// Signed distance, m, negative inside; decided everywhere. x fastest.
@@ -53,13 +55,14 @@ impl Volume {
         let mut volume = Self {
             field,
             low,
+            clear: low[2].max((floor / voxel - 0.5).ceil().max(-1e9) as i32),
             size,
             distance: vec![0.0; count],
             observed: vec![false; count],
             owner: vec![NOBODY; count],
         };
         volume.decide_columns(truncation as f32);
-        volume.continue_below(floor);
+        volume.continue_below();
         volume.fill_voids(voxel as f32);
         volume
     }
@@ -113,9 +116,8 @@ impl Volume {
         }
     }
 
-    fn continue_below(&mut self, floor: f64) {
-        let layer = (floor / self.field.voxel - 0.5).ceil() as i32 - self.low[2];
-        let Some(layer) = usize::try_from(layer).ok().filter(|l| *l < self.size[2]) else {
+    fn continue_below(&mut self) {
+        let Some(layer) = usize::try_from(self.clear - self.low[2]).ok().filter(|l| *l < self.size[2]) else {
             return;
         };
         let plane = self.size[0] * self.size[1];

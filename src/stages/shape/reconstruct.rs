@@ -147,7 +147,7 @@ fn make_solids(
 ) -> Vec<Solid> {
     let mut solids = Vec::new();
     for (i, thing) in things.iter().enumerate() {
-        let parts = split(thing, notices);
+        let parts = split(thing, config.voxel, notices);
         let volume = volume_of(ranges, things, i, &parts, config, floor, notices);
         for body in 0..thing.named.len().max(1) as u32 {
             let part = Part {

@@ -1,5 +1,7 @@
 //! Things that touch are told apart: patches of one colour without a concave crease, given to the named frames.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
 use super::discover::Thing;
@@ -13,7 +15,9 @@ const PLANE_ERROR: f64 = 0.04;
 /// Scale of the merge rule: how much more dissimilar than inside may a border be of a patch that is everything.
 const MERGE_SCALE: f64 = 0.8;
 /// The same for the smallest patches.
-const MOST_SLACK: f64 = 5.0;
+const MOST_SLACK: f64 = 6.0;
+/// Dissimilarity of an inward fold, per unit of change of the normal along the way.
+const FOLD_WEIGHT: f64 = 40.0;
 /// Distance that a unit of colour difference counts for, m.
 const TINT_METRES: f64 = 0.003;
 
@@ -26,7 +30,7 @@ pub struct Split {
 }
 
 /// Splits a thing that several named frames lie in.
-pub fn split(thing: &Thing, notices: &mut Notices) -> Split {
+pub fn split(thing: &Thing, voxel: f64, notices: &mut Notices) -> Split {
     let count = thing.named.len();
     if count < 2 {
         return Split {
@@ -35,7 +39,7 @@ pub fn split(thing: &Thing, notices: &mut Notices) -> Split {
         };
     }
     let about = thing.named.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ");
-    let labels = match labels_of_patches(&thing.surface, &thing.named) {
+    let labels = match labels_of_patches(&thing.surface, &thing.named, 2.0 * voxel) {
         Some(labels) => {
             notices.note("shape", &about, "they touch: told apart by colour and creases");
             labels
@@ -70,8 +74,8 @@ fn parting_planes(surface: &Mesh, labels: &[u32], count: u32) -> Vec<(u32, u32, 
 
 /// Patches given to frames one to one at the least total distance to the patches' middles, the remaining ones
 /// to the body whose patch is nearest in place and colour; nothing where there are fewer patches than frames.
-fn labels_of_patches(surface: &Mesh, named: &[(String, Point3<f64>)]) -> Option<Vec<u32>> {
-    let (patch, count) = patches(surface);
+fn labels_of_patches(surface: &Mesh, named: &[(String, Point3<f64>)], cell: f64) -> Option<Vec<u32>> {
+    let (patch, count) = patches(surface, cell);
     let mut size = vec![0_usize; count];
     let mut tints = vec![Vector3::<f64>::zeros(); count];
     let mut bounds = vec![(Point3::from([f64::MAX; 3]), Point3::from([f64::MIN; 3])); count];
@@ -137,25 +141,77 @@ fn cheapest_assignment(cost: &[Vec<f64>]) -> Vec<usize> {
     best.1
 }
 
-/// Patches without strong inner edges (Felzenszwalb and Huttenlocher 2004): neighbours are dissimilar by
-/// their colour and where the surface folds inwards (Stein et al. 2014, LCCP).
-fn patches(surface: &Mesh) -> (Vec<u32>, usize) {
-    let n = surface.vertices.len();
-    let edges = unique_edges(surface);
-    let normals = smoothed(&vertex_normals(surface), &edges, 4);
-    let colors: Vec<Vector3<f64>> = (0..n).map(|v| tint(surface.colors.get(v))).collect();
-    let mut weighted: Vec<(f64, u32, u32)> = edges
-        .iter()
-        .map(|(a, b)| {
-            let (i, j) = (*a as usize, *b as usize);
-            let along = surface.vertices[j] - surface.vertices[i];
-            let fold = ((normals[j] - normals[i]).dot(&along) / along.norm().max(1e-9)).min(0.0).abs();
-            ((colors[i] - colors[j]).norm() + 40.0 * (fold - 0.1).max(0.0), *a, *b)
-        })
-        .collect();
-    weighted.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)).then(x.2.cmp(&y.2)));
-    let mut sets = UnionFind::new(n);
+/// Cells of the surface that lie together and face the same way, with their means.
+struct Cells {
+    of_vertex: Vec<u32>,
+    middle: Vec<Point3<f64>>,
+    normal: Vec<Vector3<f64>>,
+    tint: Vec<Vector3<f64>>,
+}
+
+impl Cells {
+    fn new(surface: &Mesh, edge: f64) -> Self {
+        let normals = vertex_normals(surface);
+        let key = |v: usize| {
+            let p = surface.vertices[v];
+            let main = normals[v].iamax();
+            let cell = [p.x, p.y, p.z].map(|x| (x / edge).floor() as i32);
+            (cell, main, normals[v][main] > 0.0)
+        };
+        let mut number = BTreeMap::new();
+        let of_vertex: Vec<u32> = (0..surface.vertices.len())
+            .map(|v| {
+                let next = number.len() as u32;
+                *number.entry(key(v)).or_insert(next)
+            })
+            .collect();
+        let n = number.len();
+        let mut sums = vec![(0.0, Vector3::zeros(), Vector3::zeros(), Vector3::zeros()); n];
+        for (v, cell) in of_vertex.iter().enumerate() {
+            let sum = &mut sums[*cell as usize];
+            sum.0 += 1.0;
+            sum.1 += surface.vertices[v].coords;
+            sum.2 += normals[v];
+            sum.3 += tint(surface.colors.get(v));
+        }
+        Self {
+            of_vertex,
+            middle: sums.iter().map(|s| Point3::from(s.1 / s.0)).collect(),
+            normal: sums.iter().map(|s| s.2.try_normalize(1e-9).unwrap_or_else(Vector3::z)).collect(),
+            tint: sums.iter().map(|s| s.3 / s.0).collect(),
+        }
+    }
+
+    /// Colour difference, and how far the surface folds inwards from one cell to the next.
+    fn dissimilarity(&self, a: u32, b: u32) -> f64 {
+        let (i, j) = (a as usize, b as usize);
+        let along = self.middle[j] - self.middle[i];
+        let opening = (self.normal[j] - self.normal[i]).dot(&along) / along.norm().max(1e-9);
+        (self.tint[i] - self.tint[j]).norm() + FOLD_WEIGHT * (-opening - 0.15).max(0.0)
+    }
+
+    /// Pairs of cells that some mesh edge joins, with their dissimilarity, the most similar first.
+    fn borders(&self, surface: &Mesh) -> Vec<(f64, u32, u32)> {
+        let of = |v: u32| self.of_vertex[v as usize];
+        let joined = unique_edges(surface).into_iter().map(|(a, b)| (of(a).min(of(b)), of(a).max(of(b))));
+        let mut pairs: Vec<(u32, u32)> = joined.filter(|(a, b)| a != b).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut weighted: Vec<(f64, u32, u32)> =
+            pairs.into_iter().map(|(a, b)| (self.dissimilarity(a, b), a, b)).collect();
+        weighted.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        weighted
+    }
+}
+
+/// Patches without strong inner borders (Felzenszwalb and Huttenlocher 2004) over small cells: neighbours are
+/// dissimilar by their colour and where the surface folds inwards (Stein et al. 2014, LCCP).
+fn patches(surface: &Mesh, cell: f64) -> (Vec<u32>, usize) {
+    let cells = Cells::new(surface, cell);
+    let weighted = cells.borders(surface);
+    let n = cells.middle.len();
     let scale = MERGE_SCALE * n as f64;
+    let mut sets = UnionFind::new(n);
     let mut inner = vec![MOST_SLACK; n];
     let mut size = vec![1_u32; n];
     for (weight, a, b) in &weighted {
@@ -176,7 +232,8 @@ fn patches(surface: &Mesh) -> (Vec<u32>, usize) {
             size[sets.union(a, b) as usize] = total;
         }
     }
-    number_sets(&mut sets, n)
+    let (patch, count) = number_sets(&mut sets, n);
+    (cells.of_vertex.iter().map(|c| patch[*c as usize]).collect(), count)
 }
 
 /// Colour as chromaticity, which shading leaves alone, with a little brightness.
@@ -184,19 +241,6 @@ fn tint(color: Option<&[u8; 3]>) -> Vector3<f64> {
     let [r, g, b] = color.copied().unwrap_or([128; 3]).map(f64::from);
     let sum = (r + g + b).max(30.0);
     Vector3::new(r / sum * 255.0, g / sum * 255.0, 0.05 * sum)
-}
-
-fn smoothed(normals: &[Vector3<f64>], edges: &[(u32, u32)], times: usize) -> Vec<Vector3<f64>> {
-    let mut now = normals.to_vec();
-    for _ in 0..times {
-        let mut next = now.clone();
-        for (a, b) in edges {
-            next[*a as usize] += now[*b as usize];
-            next[*b as usize] += now[*a as usize];
-        }
-        now = next.into_iter().map(|n| n.try_normalize(1e-12).unwrap_or_else(Vector3::z)).collect();
-    }
-    now
 }
 
 /// Parts the thing by planes across the line of the frames, so that each frame is as near to the middle of its

@@ -223,7 +223,11 @@ fn triangulate_loops(loops: &[Vec<u32>], plan: impl Fn(u32) -> [f64; 2]) -> Opti
     }
     let inside = faces_inside(&plane);
     let faces = plane.inner_faces().filter(|face| inside[face.fix().index()]);
-    Some(faces.map(|face| face.vertices().map(|v| name[v.fix().index()])).collect())
+    Some(
+        faces
+            .map(|face| face.vertices().map(|v| name[v.fix().index()]))
+            .collect(),
+    )
 }
 
 /// Which faces an odd number of constraint edges parts from the outside, walking from face to face: no

@@ -38,7 +38,7 @@ const TETRAHEDRA: [[u8; 4]; 6] = [
 /// negative inside. Triangles face the positive side.
 pub fn march_cell(cell: [i32; 3], values: &[f64; 8], triangles: &mut Vec<[GridEdge; 3]>) {
     let inside = |m: u8| values[m as usize] < 0.0;
-    if (0..8).all(|m| inside(m)) || (0..8).all(|m| !inside(m)) {
+    if (0..8).all(inside) || !(0..8).any(inside) {
         return;
     }
     let edge = |a: u8, b: u8| {

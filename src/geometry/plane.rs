@@ -108,12 +108,7 @@ impl Plane {
 
 /// The offset along `normal` that leaves the fewest points on the wrong side, nearest to `guess` among equals;
 /// and that number.
-fn best_offset(
-    normal: &UnitVector3<f64>,
-    guess: f64,
-    below: &[Point3<f64>],
-    above: &[Point3<f64>],
-) -> (f64, usize) {
+fn best_offset(normal: &UnitVector3<f64>, guess: f64, below: &[Point3<f64>], above: &[Point3<f64>]) -> (f64, usize) {
     let place = |p: &Point3<f64>| normal.dot(&p.coords);
     let mut line: Vec<(f64, bool)> = below.iter().map(|p| (place(p), false)).collect();
     line.extend(above.iter().map(|p| (place(p), true)));
@@ -122,7 +117,11 @@ fn best_offset(
     let mut wrong = below.len();
     let mut best = (wrong, f64::INFINITY, guess);
     for (i, (at, is_above)) in line.iter().enumerate() {
-        if *is_above { wrong += 1 } else { wrong -= 1 }
+        if *is_above {
+            wrong += 1
+        } else {
+            wrong -= 1
+        }
         let next = line.get(i + 1).map_or(*at, |n| n.0);
         let border = guess.clamp(*at, next);
         let middle = 0.5 * (at + next);
@@ -164,7 +163,7 @@ fn logistic(rows: &[(Vector4<f64>, f64, f64)]) -> Option<Vector4<f64>> {
         }
         let next = w - step * share;
         let reached = loss(&next);
-        if !(reached < at - 1e-9) {
+        if reached.is_nan() || reached >= at - 1e-9 {
             break;
         }
         (w, at) = (next, reached);

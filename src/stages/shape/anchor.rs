@@ -65,7 +65,9 @@ fn still_rows(track: &PoseStream, rows: &[usize]) -> Vec<usize> {
     for window in soon.windows(3).map(|w| [w[0], w[1], w[2]]) {
         let mean = sum / still.len() as f64;
         let spread = sd * (4.0 + 4.0 / (still.len() as f64).sqrt());
-        let moved = window[1..].iter().all(|i| (track.position[*i].coords - mean).norm() > spread);
+        let moved = window[1..]
+            .iter()
+            .all(|i| (track.position[*i].coords - mean).norm() > spread);
         if moved {
             break;
         }
@@ -107,7 +109,9 @@ mod tests {
             let time = i as f64 / 120.0;
             let moved = (time - 0.3_f64).max(0.0) * 0.2;
             track.time.push(time);
-            track.position.push(Point3::new(noise(i) + moved, noise(i + 31), noise(i + 57)));
+            track
+                .position
+                .push(Point3::new(noise(i) + moved, noise(i + 31), noise(i + 57)));
             track.rotation.push(None);
         }
         let (_, pose) = rest_pose(&track).expect("a pose");

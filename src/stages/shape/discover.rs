@@ -41,7 +41,14 @@ pub fn discover(surface: &Mesh, floor: f64, gap: f64, notices: &mut Notices) -> 
     let small = area.iter().filter(|a| **a < LEAST_AREA).count();
     if small > 0 {
         let total: f64 = area.iter().filter(|a| **a < LEAST_AREA).sum();
-        notices.note("shape", "views", format!("{small} bits of {:.1} cm² in all are too small to be things", total * 1e4));
+        notices.note(
+            "shape",
+            "views",
+            format!(
+                "{small} bits of {:.1} cm² in all are too small to be things",
+                total * 1e4
+            ),
+        );
     }
     (0..count)
         .filter(|c| area[*c] >= LEAST_AREA)
@@ -102,7 +109,12 @@ pub fn give_names(things: &mut [Thing], named: Vec<(String, Point3<f64>)>) -> Ve
     };
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (n, (_, origin)) in named.iter().enumerate() {
-        pairs.extend(things.iter().enumerate().map(|(t, thing)| (distance(origin, thing), n, t)));
+        pairs.extend(
+            things
+                .iter()
+                .enumerate()
+                .map(|(t, thing)| (distance(origin, thing), n, t)),
+        );
     }
     pairs.retain(|p| p.0 < REACH);
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));

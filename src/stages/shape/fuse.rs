@@ -108,7 +108,10 @@ fn outside_view(range: &Range, middle: &Point3<f64>, size: f64) -> bool {
         return false;
     }
     // Half a frame of slack on each side is for the lens distortion.
-    let (u, v) = (camera.fx * middle.x / middle.z + camera.cx, camera.fy * middle.y / middle.z + camera.cy);
+    let (u, v) = (
+        camera.fx * middle.x / middle.z + camera.cx,
+        camera.fy * middle.y / middle.z + camera.cy,
+    );
     let slack = camera.fx * size / (middle.z - size);
     let (w, h) = (f64::from(camera.width), f64::from(camera.height));
     u < -0.5 * w - slack || u > 1.5 * w + slack || v < -0.5 * h - slack || v > 1.5 * h + slack
@@ -136,10 +139,8 @@ fn observe(range: &Range, p: &Point3<f64>, sample: &mut Voxel, voxel: f64, trunc
                 sample.near += weight;
                 let trust = weight * behind(distance, voxel.max(range.depth_sd(depth)));
                 sample.add_distance(distance as f32, trust);
-                if distance.abs() < 2.0 * voxel {
-                    if let Some(rgb) = range.rgb(u, v) {
-                        sample.add_color(rgb, trust);
-                    }
+                if let Some(rgb) = range.rgb(u, v).filter(|_| distance.abs() < 2.0 * voxel) {
+                    sample.add_color(rgb, trust);
                 }
             }
         }

@@ -14,6 +14,7 @@ mod surface;
 mod volume;
 
 #[cfg(test)]
+#[expect(clippy::disallowed_macros, reason = "tests say what they measured and what they skipped")]
 mod tests;
 
 pub use config::Config;

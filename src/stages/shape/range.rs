@@ -146,9 +146,12 @@ impl<'a> Range<'a> {
     pub fn read(&self, u: f64, v: f64) -> Reading {
         let (x, y) = (u as i64, v as i64);
         let (s, t) = (u - x as f64, v - y as f64);
-        let (Some(a), Some(b), Some(c), Some(d)) =
-            (self.depth(x, y), self.depth(x + 1, y), self.depth(x, y + 1), self.depth(x + 1, y + 1))
-        else {
+        let (Some(a), Some(b), Some(c), Some(d)) = (
+            self.depth(x, y),
+            self.depth(x + 1, y),
+            self.depth(x, y + 1),
+            self.depth(x + 1, y + 1),
+        ) else {
             return Reading::None;
         };
         let near = a.min(b).min(c).min(d);

@@ -62,7 +62,10 @@ pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) ->
             normal: s.normal.into_inner().into(),
             material: s.material.clone(),
         });
-        return Ok(Shapes { support, objects: given });
+        return Ok(Shapes {
+            support,
+            objects: given,
+        });
     }
     let mut ranges = ranges(capture);
     let ground = find_support(capture, &ranges, notices);
@@ -118,7 +121,11 @@ fn sparse_field(
         keys = blocks_near_points(ranges, voxel, &keep);
     }
     if voxel > config.voxel {
-        notices.note("shape", about, format!("fused with voxels of {:.1} mm to bound the memory", voxel * 1e3));
+        notices.note(
+            "shape",
+            about,
+            format!("fused with voxels of {:.1} mm to bound the memory", voxel * 1e3),
+        );
     }
     let mut field = Field::with_blocks(voxel, keys);
     integrate(&mut field, ranges, config.truncation * voxel);
@@ -159,7 +166,11 @@ fn make_solids(
             let about = name.clone().unwrap_or_else(|| "views".into());
             match part.mesh(ground.plane.is_some()) {
                 Some(mesh) => solids.push(Solid { name, mesh }),
-                None => notices.warn("shape", &about, "something was seen of which no closed body could be made"),
+                None => notices.warn(
+                    "shape",
+                    &about,
+                    "something was seen of which no closed body could be made",
+                ),
             }
         }
     }
@@ -185,7 +196,11 @@ fn volume_of(
     }
     if voxel > config.voxel {
         let about = thing.named.first().map_or("views", |(n, _)| n.as_str());
-        let words = format!("a thing of {:.2} m is meshed with voxels of {:.1} mm", extent.norm(), voxel * 1e3);
+        let words = format!(
+            "a thing of {:.2} m is meshed with voxels of {:.1} mm",
+            extent.norm(),
+            voxel * 1e3
+        );
         notices.note("shape", about, words);
     }
     let mut volume = Volume::build(ranges, voxel, config.truncation * voxel, floor, bounds);
@@ -222,8 +237,13 @@ fn place(anchor: Option<Pose>, name: String, mut mesh: Mesh, world_from_field: &
         *p = world_from_field * *p;
     }
     let world_from_link = anchor.unwrap_or_else(|| {
-        let middle = mesh.bounds().map_or(Point3::origin(), |(low, high)| nalgebra::center(&low, &high));
-        Pose(Isometry3::from_parts(Translation3::from(middle.coords), UnitQuaternion::identity()))
+        let middle = mesh
+            .bounds()
+            .map_or(Point3::origin(), |(low, high)| nalgebra::center(&low, &high));
+        Pose(Isometry3::from_parts(
+            Translation3::from(middle.coords),
+            UnitQuaternion::identity(),
+        ))
     });
     let seen = seen_fraction(&mesh);
     let link_from_world = world_from_link.0.inverse();
@@ -259,7 +279,11 @@ fn given_meshes(
         let Some(file) = &body.mesh else { continue };
         let mesh = parse_mesh(&file.path, &file.bytes)?;
         let world_from_link = anchors.get(&body.name).copied().unwrap_or_else(|| {
-            notices.warn("shape", &body.name, "its mesh is given, but not where it is: taken to be at the origin");
+            notices.warn(
+                "shape",
+                &body.name,
+                "its mesh is given, but not where it is: taken to be at the origin",
+            );
             Pose::identity()
         });
         objects.push(ShapedObject {

@@ -48,7 +48,12 @@ impl Part<'_> {
         let (mesh, edges) = self.extract(footed);
         let (mesh, edges) = largest_pieces(mesh, edges)?;
         let mut mesh = self.paint(mesh, &edges);
-        for (p, seen) in mesh.vertices.iter_mut().zip(&mut mesh.seen).filter(|(p, _)| footed && p.z.abs() < 1e-9) {
+        for (p, seen) in mesh
+            .vertices
+            .iter_mut()
+            .zip(&mut mesh.seen)
+            .filter(|(p, _)| footed && p.z.abs() < 1e-9)
+        {
             (p.z, *seen) = (0.0, false);
         }
         Some(mesh)
@@ -61,8 +66,8 @@ impl Part<'_> {
         }
     }
 
-    /// The distance to this body alone, at a global index. Outside the box there is nothing. Near the surface
-    /// the owner decides, since it was seen; deep inside the parting planes do.
+    /// The distance to this body alone, at a global index. Outside the box there is nothing. The planes
+    /// part the inside; near the surface, which was seen, another owner is not overruled.
     fn value(&self, index: [i32; 3]) -> f64 {
         let voxel = self.volume.field.voxel;
         let Some(at) = self.volume.at_global(index) else {
@@ -74,14 +79,11 @@ impl Part<'_> {
         }
         let parted = |a: u32, b: u32| self.planes.iter().any(|p| (p.0, p.1) == (a, b) || (p.0, p.1) == (b, a));
         let shallow = distance > -SHALLOW * voxel && self.volume.observed[at];
-        match owner == self.body {
-            true if shallow => distance,
-            false if shallow || !parted(owner, self.body) => 0.5 * voxel,
-            _ => {
-                let value = distance.max(self.side(index));
-                if value.abs() < 1e-9 { 1e-9 } else { value }
-            }
+        if owner != self.body && (shallow || !parted(owner, self.body)) {
+            return 0.5 * voxel;
         }
+        let value = distance.max(self.side(index));
+        if value.abs() < 1e-9 { 1e-9 } else { value }
     }
 
     /// How far a sample is on the wrong side of the planes that part this body from others.
@@ -118,7 +120,11 @@ impl Part<'_> {
                         let m = m as i32;
                         values[place(x + (m & 1), y + ((m >> 1) & 1), z + (m >> 2))]
                     });
-                    march_cell([low[0] + x - 1, low[1] + y - 1, low[2] + z - 1], &corners, &mut triangles);
+                    march_cell(
+                        [low[0] + x - 1, low[1] + y - 1, low[2] + z - 1],
+                        &corners,
+                        &mut triangles,
+                    );
                 }
             }
         }
@@ -130,13 +136,18 @@ impl Part<'_> {
     fn was_seen(&self, edge: &GridEdge) -> bool {
         let near = 1.5 * self.volume.field.voxel;
         let ends = [edge.corner, edge.end()];
-        let plain = ends.iter().all(|i| self.volume.at_global(*i).is_some_and(|at| {
-            let distance = f64::from(self.volume.distance[at]);
-            distance >= 0.0 || self.value(*i) == distance
-        }));
-        plain && ends.iter().any(|i| self.volume.at_global(*i).is_some_and(|at| {
-            self.volume.observed[at] && f64::from(self.volume.distance[at]).abs() < near
-        }))
+        let plain = ends.iter().all(|i| {
+            self.volume.at_global(*i).is_some_and(|at| {
+                let distance = f64::from(self.volume.distance[at]);
+                distance >= 0.0 || self.value(*i) == distance
+            })
+        });
+        plain
+            && ends.iter().any(|i| {
+                self.volume
+                    .at_global(*i)
+                    .is_some_and(|at| self.volume.observed[at] && f64::from(self.volume.distance[at]).abs() < near)
+            })
     }
 
     /// The grid edge at or above the layer down to which the thing was seen clear of the support.
@@ -191,7 +202,11 @@ fn fair(mesh: &mut Mesh) {
     for (round, only_unseen) in [(FAIRING[0], false), (FAIRING[1], true)] {
         for factor in [0.5, -0.53].into_iter().cycle().take(round) {
             let old = mesh.vertices.clone();
-            for (v, around) in neighbours.iter().enumerate().filter(|(v, _)| !(only_unseen && mesh.seen[*v])) {
+            for (v, around) in neighbours
+                .iter()
+                .enumerate()
+                .filter(|(v, _)| !(only_unseen && mesh.seen[*v]))
+            {
                 mesh.vertices[v] = old[v] + pull(&old, v, around) * factor;
             }
         }
@@ -202,8 +217,14 @@ fn fair(mesh: &mut Mesh) {
 /// above it.
 fn pull(vertices: &[Point3<f64>], v: usize, around: &[u32]) -> Vector3<f64> {
     let foot = vertices[v].z == 0.0;
-    let count = around.iter().filter(|w| !foot || vertices[**w as usize].z > 0.0).count();
-    let wall = around.iter().map(|w| vertices[*w as usize]).filter(|p| !foot || p.z > 0.0);
+    let count = around
+        .iter()
+        .filter(|w| !foot || vertices[**w as usize].z > 0.0)
+        .count();
+    let wall = around
+        .iter()
+        .map(|w| vertices[*w as usize])
+        .filter(|p| !foot || p.z > 0.0);
     if count == 0 {
         return Vector3::zeros();
     }
@@ -242,6 +263,10 @@ fn stand(mesh: &Mesh, clearance: f64) -> Option<Mesh> {
         cut.colors = source.iter().map(|v| mesh.colors[from(v)]).collect();
     }
     let above = cut.vertices.iter().map(|p| p.z > 0.0);
-    cut.seen = source.iter().zip(above).map(|(v, above)| above && mesh.seen[from(v)]).collect();
+    cut.seen = source
+        .iter()
+        .zip(above)
+        .map(|(v, above)| above && mesh.seen[from(v)])
+        .collect();
     Some(cut)
 }

@@ -38,14 +38,23 @@ pub fn split(thing: &Thing, voxel: f64, notices: &mut Notices) -> Split {
             planes: Vec::new(),
         };
     }
-    let about = thing.named.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ");
+    let about = thing
+        .named
+        .iter()
+        .map(|(n, _)| n.as_str())
+        .collect::<Vec<_>>()
+        .join(", ");
     let labels = match labels_of_patches(&thing.surface, &thing.named, 2.0 * voxel) {
         Some(labels) => {
             notices.note("shape", &about, "they touch: told apart by colour and creases");
             labels
         }
         None => {
-            notices.warn("shape", &about, "they touch and look alike: told apart by where their frames are");
+            notices.warn(
+                "shape",
+                &about,
+                "they touch and look alike: told apart by where their frames are",
+            );
             labels_along_line(&thing.surface, &thing.named)
         }
     };
@@ -62,10 +71,9 @@ fn parting_planes(surface: &Mesh, labels: &[u32], count: u32) -> Vec<(u32, u32, 
     let mut planes = Vec::new();
     for a in 0..count {
         for b in a + 1..count {
-            if let Some((plane, wrong)) = Plane::separating(&sets[a as usize], &sets[b as usize]) {
-                if wrong < PLANE_ERROR {
-                    planes.push((a, b, plane));
-                }
+            let found = Plane::separating(&sets[a as usize], &sets[b as usize]);
+            if let Some((plane, _)) = found.filter(|(_, wrong)| *wrong < PLANE_ERROR) {
+                planes.push((a, b, plane));
             }
         }
     }
@@ -177,7 +185,10 @@ impl Cells {
         Self {
             of_vertex,
             middle: sums.iter().map(|s| Point3::from(s.1 / s.0)).collect(),
-            normal: sums.iter().map(|s| s.2.try_normalize(1e-9).unwrap_or_else(Vector3::z)).collect(),
+            normal: sums
+                .iter()
+                .map(|s| s.2.try_normalize(1e-9).unwrap_or_else(Vector3::z))
+                .collect(),
             tint: sums.iter().map(|s| s.3 / s.0).collect(),
         }
     }
@@ -193,12 +204,16 @@ impl Cells {
     /// Pairs of cells that some mesh edge joins, with their dissimilarity, the most similar first.
     fn borders(&self, surface: &Mesh) -> Vec<(f64, u32, u32)> {
         let of = |v: u32| self.of_vertex[v as usize];
-        let joined = unique_edges(surface).into_iter().map(|(a, b)| (of(a).min(of(b)), of(a).max(of(b))));
+        let joined = unique_edges(surface)
+            .into_iter()
+            .map(|(a, b)| (of(a).min(of(b)), of(a).max(of(b))));
         let mut pairs: Vec<(u32, u32)> = joined.filter(|(a, b)| a != b).collect();
         pairs.sort_unstable();
         pairs.dedup();
-        let mut weighted: Vec<(f64, u32, u32)> =
-            pairs.into_iter().map(|(a, b)| (self.dissimilarity(a, b), a, b)).collect();
+        let mut weighted: Vec<(f64, u32, u32)> = pairs
+            .into_iter()
+            .map(|(a, b)| (self.dissimilarity(a, b), a, b))
+            .collect();
         weighted.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
         weighted
     }
@@ -287,9 +302,9 @@ fn middle_borders(origins: &[f64], low: f64, high: f64) -> Vec<f64> {
         }
     }
     let solved = matrix.svd(true, true).solve(&right, 1e-12);
-    solved.map(|b| b.iter().copied().collect()).unwrap_or_else(|_| {
-        origins.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect()
-    })
+    solved
+        .map(|b| b.iter().copied().collect())
+        .unwrap_or_else(|_| origins.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect())
 }
 
 #[cfg(test)]

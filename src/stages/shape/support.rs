@@ -35,7 +35,11 @@ pub fn find_support(capture: &Capture, ranges: &[Range], notices: &mut Notices) 
         let roughness = roughness(&plane, &points);
         if offset.abs() > 0.002 {
             let mm = -offset * 1000.0;
-            notices.warn("shape", "support", format!("the views show the support {mm:.1} mm above the given one"));
+            notices.warn(
+                "shape",
+                "support",
+                format!("the views show the support {mm:.1} mm above the given one"),
+            );
         }
         return ground(given.point, given.normal, given.material.clone(), roughness);
     }
@@ -43,7 +47,11 @@ pub fn find_support(capture: &Capture, ranges: &[Range], notices: &mut Notices) 
     let found = Plane::ransac(&points, tolerance, 1500, &mut rng, |n| n.dot(&up) > LEVEL);
     match found {
         Some((plane, share)) if share > LEAST_SHARE => {
-            notices.note("shape", "support", format!("found from the views: {:.0} % of the points lie on it", share * 100.0));
+            notices.note(
+                "shape",
+                "support",
+                format!("found from the views: {:.0} % of the points lie on it", share * 100.0),
+            );
             let inside = points.iter().filter(|p| plane.height(p).abs() < tolerance);
             let count = inside.clone().count().max(1) as f64;
             let centre = Point3::from(inside.map(|p| p.coords).sum::<Vector3<f64>>() / count);
@@ -79,7 +87,10 @@ fn ground(point: Point3<f64>, normal: UnitVector3<f64>, material: Option<String>
 fn level_frame(point: Point3<f64>, normal: UnitVector3<f64>) -> Isometry3<f64> {
     let turn = Rotation3::rotation_between(&Vector3::z(), &normal)
         .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-    Isometry3::from_parts(Translation3::from(point.coords), UnitQuaternion::from_rotation_matrix(&turn))
+    Isometry3::from_parts(
+        Translation3::from(point.coords),
+        UnitQuaternion::from_rotation_matrix(&turn),
+    )
 }
 
 /// About `count` points, spread over the views.
@@ -91,7 +102,11 @@ fn sample(ranges: &[Range], count: usize) -> Vec<Point3<f64>> {
 
 /// Robust scatter of the points near a plane (median absolute deviation times 1.4826).
 fn roughness(plane: &Plane, points: &[Point3<f64>]) -> f64 {
-    let mut off: Vec<f64> = points.iter().map(|p| plane.height(p).abs()).filter(|h| *h < 0.015).collect();
+    let mut off: Vec<f64> = points
+        .iter()
+        .map(|p| plane.height(p).abs())
+        .filter(|h| *h < 0.015)
+        .collect();
     if off.is_empty() {
         return 0.001;
     }

@@ -28,12 +28,15 @@ fn march_block(field: &Field, at: usize) -> Vec<[GridEdge; 3]> {
     for z in 0..BLOCK {
         for y in 0..BLOCK {
             for x in 0..BLOCK {
-                let corner = |m: i32| samples[((x + (m & 1)) + 9 * ((y + ((m >> 1) & 1)) + 9 * (z + (m >> 2)))) as usize];
+                let corner =
+                    |m: i32| samples[((x + (m & 1)) + 9 * ((y + ((m >> 1) & 1)) + 9 * (z + (m >> 2)))) as usize];
                 let mut values = [0.0; 8];
-                let known = (0..8).all(|m| corner(m).is_some_and(|v| {
-                    values[m as usize] = v;
-                    true
-                }));
+                let known = (0..8).all(|m| {
+                    corner(m).is_some_and(|v| {
+                        values[m as usize] = v;
+                        true
+                    })
+                });
                 if known {
                     let cell = [key[0] * BLOCK + x, key[1] * BLOCK + y, key[2] * BLOCK + z];
                     march_cell(cell, &values, &mut triangles);

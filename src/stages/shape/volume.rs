@@ -117,7 +117,10 @@ impl Volume {
     }
 
     fn continue_below(&mut self) {
-        let Some(layer) = usize::try_from(self.clear - self.low[2]).ok().filter(|l| *l < self.size[2]) else {
+        let Some(layer) = usize::try_from(self.clear - self.low[2])
+            .ok()
+            .filter(|l| *l < self.size[2])
+        else {
             return;
         };
         let plane = self.size[0] * self.size[1];
@@ -164,7 +167,11 @@ impl Volume {
         (0..6).filter_map(move |n| {
             let (axis, up) = (n / 2, n % 2 == 1);
             let mut next = place;
-            next[axis] = if up { place[axis] + 1 } else { place[axis].checked_sub(1)? };
+            next[axis] = if up {
+                place[axis] + 1
+            } else {
+                place[axis].checked_sub(1)?
+            };
             (next[axis] < size[axis]).then_some(next)
         })
     }
@@ -193,12 +200,15 @@ impl Volume {
     fn seed(&mut self, p: &Point3<f64>, label: u32, queue: &mut VecDeque<[usize; 3]>) {
         let cell = [p.x, p.y, p.z].map(|x| (x / self.field.voxel - 0.5).floor() as i32);
         for corner in 0..8 {
-            let index = [cell[0] + (corner & 1), cell[1] + ((corner >> 1) & 1), cell[2] + (corner >> 2)];
-            if let Some(at) = self.at_global(index) {
-                if self.distance[at] < 0.0 && self.owner[at] == NOBODY {
-                    self.owner[at] = label;
-                    queue.push_back(std::array::from_fn(|a| (index[a] - self.low[a]) as usize));
-                }
+            let index = [
+                cell[0] + (corner & 1),
+                cell[1] + ((corner >> 1) & 1),
+                cell[2] + (corner >> 2),
+            ];
+            let free = |at: &usize| self.distance[*at] < 0.0 && self.owner[*at] == NOBODY;
+            if let Some(at) = self.at_global(index).filter(free) {
+                self.owner[at] = label;
+                queue.push_back(std::array::from_fn(|a| (index[a] - self.low[a]) as usize));
             }
         }
     }

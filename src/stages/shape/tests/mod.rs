@@ -1,6 +1,7 @@
 //! The shape pass against scenes of which the truth is known, and against recorded ones.
 
 mod loader;
+mod synthetic;
 
 use std::path::PathBuf;
 
@@ -12,7 +13,7 @@ use crate::geometry::{Mesh, edge_defects};
 /// The recorded capture of that name, where the data is at hand.
 fn recorded(name: &str) -> Option<Capture> {
     let Some(root) = std::env::var_os("PALPATE_DATA") else {
-        println!("skipped: PALPATE_DATA is not set");
+        eprintln!("skipped: PALPATE_DATA is not set");
         return None;
     };
     Some(loader::load(&PathBuf::from(root).join(name)))
@@ -22,10 +23,15 @@ fn shaped(capture: &Capture) -> Shapes {
     let mut notices = Notices::default();
     let watch = Stopwatch::start();
     let shapes = reconstruct(capture, &Config::default(), &mut notices).unwrap();
-    println!("{}: {:.2} s, support {:?}", capture.name, watch.seconds(), shapes.support);
+    eprintln!(
+        "{}: {:.2} s, support {:?}",
+        capture.name,
+        watch.seconds(),
+        shapes.support
+    );
     for o in &shapes.objects {
         let (low, high) = o.mesh.bounds().unwrap();
-        println!(
+        eprintln!(
             "  {} at {:.4?} size {:.4?} low {:.4?} volume {:.2} cm3, {} triangles, seen {:.3}, defects {}",
             o.name,
             o.world_from_link.translation.vector.as_slice(),
@@ -39,7 +45,7 @@ fn shaped(capture: &Capture) -> Shapes {
         write_ply(&capture.name, &o.name, &o.mesh, &o.world_from_link);
     }
     for n in &notices.0 {
-        println!("  {:?} {}: {}", n.severity, n.about, n.message);
+        eprintln!("  {:?} {}: {}", n.severity, n.about, n.message);
     }
     for o in &shapes.objects {
         assert_eq!(edge_defects(&o.mesh), 0, "{}", o.name);
@@ -52,7 +58,9 @@ fn shaped(capture: &Capture) -> Shapes {
 /// For the eye: PALPATE_SHAPE_OUT names a folder that the meshes are written to.
 fn write_ply(scene: &str, name: &str, mesh: &Mesh, pose: &crate::base::Pose) {
     use std::fmt::Write;
-    let Some(folder) = std::env::var_os("PALPATE_SHAPE_OUT") else { return };
+    let Some(folder) = std::env::var_os("PALPATE_SHAPE_OUT") else {
+        return;
+    };
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
          property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar seen\n\
@@ -69,7 +77,11 @@ fn write_ply(scene: &str, name: &str, mesh: &Mesh, pose: &crate::base::Pose) {
     for t in &mesh.triangles {
         writeln!(text, "3 {} {} {}", t[0], t[1], t[2]).unwrap();
     }
-    std::fs::write(PathBuf::from(folder).join(format!("{scene}.{}.ply", name.replace('/', "_"))), text).unwrap();
+    std::fs::write(
+        PathBuf::from(folder).join(format!("{scene}.{}.ply", name.replace('/', "_"))),
+        text,
+    )
+    .unwrap();
 }
 
 #[test]
@@ -82,14 +94,18 @@ fn recorded_tin_is_one_body() {
 
 #[test]
 fn recorded_stack_is_two_bodies() {
-    let Some(capture) = recorded("mujoco-stack") else { return };
+    let Some(capture) = recorded("mujoco-stack") else {
+        return;
+    };
     let names: Vec<String> = shaped(&capture).objects.into_iter().map(|o| o.name).collect();
     assert_eq!(names, ["low", "top"]);
 }
 
 #[test]
 fn recorded_hinge_is_two_bodies() {
-    let Some(capture) = recorded("mujoco-hinge") else { return };
+    let Some(capture) = recorded("mujoco-hinge") else {
+        return;
+    };
     let names: Vec<String> = shaped(&capture).objects.into_iter().map(|o| o.name).collect();
     assert_eq!(names, ["base", "arm"]);
 }

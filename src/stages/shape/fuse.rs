@@ -154,5 +154,5 @@ fn behind(distance: f64, scale: f64) -> f32 {
     if depth <= 0.0 {
         return 1.0;
     }
-    ((-0.6 * (depth / scale).powi(2)).exp() as f32).max(0.01)
+    ((-1.5 * (depth / scale).powi(2)).exp() as f32).max(0.001)
 }

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::base::Pose;
 
@@ -182,7 +184,8 @@ pub struct Noise {
 }
 
 /// What was done in an interaction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A tool shoves from outside.
     Push,
@@ -198,6 +201,21 @@ pub enum Kind {
     Toss,
     /// Nothing is done: a control.
     Hold,
+}
+
+impl Kind {
+    /// The word for it in `capture.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Push => "push",
+            Self::Pull => "pull",
+            Self::Press => "press",
+            Self::Lift => "lift",
+            Self::Tilt => "tilt",
+            Self::Toss => "toss",
+            Self::Hold => "hold",
+        }
+    }
 }
 
 /// One recorded interaction: streams as recorded, each at its own rate, none resampled.

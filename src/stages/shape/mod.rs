@@ -14,8 +14,12 @@ mod surface;
 mod volume;
 
 #[cfg(test)]
-#[expect(clippy::disallowed_macros, reason = "tests say what they measured and what they skipped")]
+#[expect(
+    clippy::disallowed_macros,
+    reason = "tests say what they measured and what they skipped"
+)]
 mod tests;
 
+pub use crate::geometry::Mesh;
 pub use config::Config;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};

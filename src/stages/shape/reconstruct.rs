@@ -18,7 +18,7 @@ use super::volume::{FOREIGN, Volume};
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
 use crate::geometry::{Field, Mesh, parse_mesh};
-use crate::twin::SupportPlane;
+use crate::twin::{Superquadric, SupportPlane};
 
 /// Most blocks of a sparse field: bounds its memory near 200 MB.
 const MOST_BLOCKS: usize = 14_000;
@@ -46,6 +46,10 @@ pub struct ShapedObject {
     pub mesh: Mesh,
     /// Fraction of its area that was seen.
     pub seen: f64,
+    /// Convex parts in the link frame, for contact; left empty here.
+    pub collision: Vec<Mesh>,
+    /// A superquadric that stands for the shape; left out here.
+    pub superquadric: Option<Superquadric>,
 }
 
 /// Fuses the views, finds the table, separates the things, closes and colours their meshes.
@@ -255,6 +259,8 @@ fn place(anchor: Option<Pose>, name: String, mut mesh: Mesh, world_from_field: &
         world_from_link,
         mesh,
         seen,
+        collision: Vec::new(),
+        superquadric: None,
     }
 }
 
@@ -291,6 +297,8 @@ fn given_meshes(
             world_from_link,
             mesh,
             seen: 1.0,
+            collision: Vec::new(),
+            superquadric: None,
         });
     }
     Ok(objects)

@@ -1,5 +1,6 @@
 //! Made-up things, ray-cast from their exact distance with sensor noise, and what becomes of them.
 
+#[cfg(test)]
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 use rand_distr::{Distribution, Normal};
 

@@ -1,13 +1,13 @@
 //! The shape pass against scenes of which the truth is known, and against recorded ones.
 
-mod loader;
+#[cfg(test)]
 mod synthetic;
 
 use std::path::PathBuf;
 
 use super::*;
-use crate::base::{Notices, Stopwatch};
-use crate::capture::Capture;
+use crate::base::{Notices, Stopwatch, write_atomically};
+use crate::capture::{Capture, read_capture};
 use crate::geometry::{Mesh, edge_defects};
 
 /// The recorded capture of that name, where the data is at hand.
@@ -16,7 +16,7 @@ fn recorded(name: &str) -> Option<Capture> {
         eprintln!("skipped: PALPATE_DATA is not set");
         return None;
     };
-    Some(loader::load(&PathBuf::from(root).join(name)))
+    Some(read_capture(&PathBuf::from(root).join(name)).unwrap())
 }
 
 fn shaped(capture: &Capture) -> Shapes {
@@ -77,9 +77,9 @@ fn write_ply(scene: &str, name: &str, mesh: &Mesh, pose: &crate::base::Pose) {
     for t in &mesh.triangles {
         writeln!(text, "3 {} {} {}", t[0], t[1], t[2]).unwrap();
     }
-    std::fs::write(
-        PathBuf::from(folder).join(format!("{scene}.{}.ply", name.replace('/', "_"))),
-        text,
+    write_atomically(
+        &PathBuf::from(folder).join(format!("{scene}.{}.ply", name.replace('/', "_"))),
+        text.as_bytes(),
     )
     .unwrap();
 }

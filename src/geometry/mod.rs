@@ -1,11 +1,16 @@
 //! Shapes: meshes, distance fields, hulls, triangulations. No material, no camera.
 
+mod closing;
+mod components;
 mod decompose;
 mod distance;
+mod field;
 mod formats;
 mod gap;
 mod hull;
+mod marching;
 mod mesh;
+mod plane;
 mod properties;
 mod quadric;
 mod sampling;
@@ -16,12 +21,19 @@ pub mod solids;
 mod superquadric;
 mod topology;
 
+pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
+pub use components::{
+    UnionFind, directed_edges, edge_defects, number_sets, submesh, unique_edges, vertex_components, vertex_normals,
+};
 pub use decompose::{DecompositionConfig, convex_parts, decomposition_overlap};
 pub use distance::{Nearest, SurfaceDistance, SurfaceError, mean_surface_error};
+pub use field::{BLOCK, Field, Voxel, offset_in_block};
 pub use formats::{parse_mesh, write_obj};
 pub use gap::gap;
 pub use hull::{convex_hull, slim_hull};
+pub use marching::{GridEdge, march_cell, weld};
 pub use mesh::Mesh;
+pub use plane::Plane;
 pub use properties::{SolidProperties, mass_properties};
 pub use sampling::{SurfaceSample, sample_surface, sample_triangles};
 pub use silhouette::{Silhouette, silhouette};

@@ -1,8 +1,25 @@
 //! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
 
+mod anchor;
 mod config;
+mod discover;
+mod fuse;
+mod lens;
+mod range;
 mod reconstruct;
+mod solid;
+mod split;
+mod support;
+mod surface;
+mod volume;
+
+#[cfg(test)]
+#[expect(
+    clippy::disallowed_macros,
+    reason = "tests say what they measured and what they skipped"
+)]
+mod tests;
 
 pub use crate::geometry::Mesh;
 pub use config::Config;
-pub use reconstruct::{ShapedObject, Shapes, reconstruct};
+pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};

@@ -1,10 +1,29 @@
 //! The verb of the shape pass.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use rayon::prelude::*;
+
 use super::Config;
+use super::anchor::{anchors, origins};
+use super::discover::{Thing, discover, give_names};
+use super::fuse::{blocks_near_points, integrate, ranges};
+use super::range::Range;
+use super::solid::Part;
+use super::split::{Split, split};
+use super::support::{Ground, find_support};
+use super::surface::open_surface;
+use super::volume::{FOREIGN, Volume};
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
-use crate::geometry::Mesh;
+use crate::geometry::{Field, Mesh, parse_mesh};
 use crate::twin::{Superquadric, SupportPlane};
+
+/// Most blocks of a sparse field: bounds its memory near 200 MB.
+const MOST_BLOCKS: usize = 14_000;
+/// Most voxels of the dense volume around one thing: bounds its memory near 250 MB.
+const MOST_VOXELS: f64 = 6e6;
 
 /// What the views show: the table and the things on it.
 #[derive(Clone, Debug, Default)]
@@ -27,14 +46,270 @@ pub struct ShapedObject {
     pub mesh: Mesh,
     /// Fraction of its area that was seen.
     pub seen: f64,
-    /// Convex parts in the link frame, for contact.
+    /// Convex parts in the link frame, for contact; left empty here.
     pub collision: Vec<Mesh>,
-    /// A superquadric that stands for the shape.
+    /// A superquadric that stands for the shape; left out here.
     pub superquadric: Option<Superquadric>,
 }
 
 /// Fuses the views, finds the table, separates the things, closes and colours their meshes.
-pub fn reconstruct(_capture: &Capture, config: &Config, _notices: &mut Notices) -> Result<Shapes> {
+///
+/// # Errors
+/// Settings that cannot work, and a `bodies` mesh that cannot be read.
+pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) -> Result<Shapes> {
     config.check()?;
-    Ok(Shapes::default())
+    let anchors = anchors(capture);
+    let given = given_meshes(capture, &anchors, notices)?;
+    if capture.views.is_empty() {
+        let support = capture.support.as_ref().map(|s| SupportPlane {
+            point: s.point.coords.into(),
+            normal: s.normal.into_inner().into(),
+            material: s.material.clone(),
+        });
+        return Ok(Shapes {
+            support,
+            objects: given,
+        });
+    }
+    let mut ranges = ranges(capture);
+    let ground = find_support(capture, &ranges, notices);
+    for range in &mut ranges {
+        range.camera_from_field *= ground.world_from_field;
+    }
+    let floor = floor_above(&ground, config);
+    let mut things = find_things(&ranges, config, floor, notices);
+    let named = origins(&anchors, &ground.world_from_field.inverse());
+    for name in give_names(&mut things, named) {
+        notices.note("shape", &name, "it is tracked, but the views do not show it");
+    }
+    let seen = make_solids(&ranges, &things, config, floor, &ground, notices);
+    let mut objects = name_and_place(seen, &anchors, &ground.world_from_field);
+    put_given(&mut objects, given);
+    Ok(Shapes {
+        support: ground.plane,
+        objects,
+    })
+}
+
+/// The whole coloured surface that the views show, with the table, open; in the world frame. The voxel grows
+/// where the scene is too large for it.
+///
+/// # Errors
+/// Settings that cannot work.
+pub fn seen_surface(capture: &Capture, config: &Config, notices: &mut Notices) -> Result<Mesh> {
+    config.check()?;
+    let ranges = ranges(capture);
+    let field = sparse_field(&ranges, config, |_| true, "scene", notices);
+    Ok(open_surface(&field))
+}
+
+/// Height above which a surface is a thing and no longer the support, m.
+fn floor_above(ground: &Ground, config: &Config) -> f64 {
+    if ground.plane.is_none() {
+        return f64::NEG_INFINITY;
+    }
+    (3.0 * ground.roughness).clamp(0.0025_f64.max(1.25 * config.voxel), 0.010)
+}
+
+fn sparse_field(
+    ranges: &[Range],
+    config: &Config,
+    keep: impl Fn(&Point3<f64>) -> bool + Sync,
+    about: &str,
+    notices: &mut Notices,
+) -> Field {
+    let mut voxel = config.voxel;
+    let mut keys = blocks_near_points(ranges, voxel, &keep);
+    while keys.len() > MOST_BLOCKS {
+        voxel *= (keys.len() as f64 / MOST_BLOCKS as f64).sqrt().max(1.1);
+        keys = blocks_near_points(ranges, voxel, &keep);
+    }
+    if voxel > config.voxel {
+        notices.note(
+            "shape",
+            about,
+            format!("fused with voxels of {:.1} mm to bound the memory", voxel * 1e3),
+        );
+    }
+    let mut field = Field::with_blocks(voxel, keys);
+    integrate(&mut field, ranges, config.truncation * voxel);
+    field
+}
+
+fn find_things(ranges: &[Range], config: &Config, floor: f64, notices: &mut Notices) -> Vec<Thing> {
+    let field = sparse_field(ranges, config, |p| p.z > floor, "views", notices);
+    let surface = open_surface(&field);
+    discover(&surface, floor, 1.5 * field.voxel, notices)
+}
+
+/// A body's closed mesh in the field's frame, with the name that it was found under.
+struct Solid {
+    name: Option<String>,
+    mesh: Mesh,
+}
+
+fn make_solids(
+    ranges: &[Range],
+    things: &[Thing],
+    config: &Config,
+    floor: f64,
+    ground: &Ground,
+    notices: &mut Notices,
+) -> Vec<Solid> {
+    let mut solids = Vec::new();
+    for (i, thing) in things.iter().enumerate() {
+        let parts = split(thing, config.voxel, notices);
+        let volume = volume_of(ranges, things, i, &parts, config, floor, notices);
+        for body in 0..thing.named.len().max(1) as u32 {
+            let part = Part {
+                volume: &volume,
+                body,
+                planes: &parts.planes,
+            };
+            let name = thing.named.get(body as usize).map(|(n, _)| n.clone());
+            let about = name.clone().unwrap_or_else(|| "views".into());
+            match part.mesh(ground.plane.is_some()) {
+                Some(mesh) => solids.push(Solid { name, mesh }),
+                None => notices.warn(
+                    "shape",
+                    &about,
+                    "something was seen of which no closed body could be made",
+                ),
+            }
+        }
+    }
+    solids
+}
+
+fn volume_of(
+    ranges: &[Range],
+    things: &[Thing],
+    which: usize,
+    parts: &Split,
+    config: &Config,
+    floor: f64,
+    notices: &mut Notices,
+) -> Volume {
+    let thing = &things[which];
+    let bounds = thing.bounds();
+    let extent = bounds.1 - bounds.0;
+    let cells = |v: f64| extent.iter().map(|e| e / v + 14.0).product::<f64>();
+    let mut voxel = config.voxel;
+    while cells(voxel) > MOST_VOXELS {
+        voxel *= 1.1;
+    }
+    if voxel > config.voxel {
+        let about = thing.named.first().map_or("views", |(n, _)| n.as_str());
+        let words = format!(
+            "a thing of {:.2} m is meshed with voxels of {:.1} mm",
+            extent.norm(),
+            voxel * 1e3
+        );
+        notices.note("shape", about, words);
+    }
+    let mut volume = Volume::build(ranges, voxel, config.truncation * voxel, floor, bounds);
+    let foreign: Vec<Vec<u32>> = things.iter().map(|t| vec![FOREIGN; t.surface.vertices.len()]).collect();
+    let surfaces: Vec<(&Mesh, &[u32])> = things
+        .iter()
+        .enumerate()
+        .map(|(j, t)| (&t.surface, if j == which { &parts.labels[..] } else { &foreign[j][..] }))
+        .collect();
+    volume.claim(&surfaces);
+    volume
+}
+
+/// Names what has none, and moves every mesh into its link frame.
+fn name_and_place(
+    solids: Vec<Solid>,
+    anchors: &BTreeMap<String, Pose>,
+    world_from_field: &Isometry3<f64>,
+) -> Vec<ShapedObject> {
+    let taken: BTreeSet<String> = solids.iter().filter_map(|s| s.name.clone()).collect();
+    let mut free = (0..).map(|i| format!("object-{i}")).filter(|n| !taken.contains(n));
+    let named: Vec<(String, Mesh)> = solids
+        .into_iter()
+        .map(|s| (s.name.or_else(|| free.next()).unwrap_or_default(), s.mesh))
+        .collect();
+    named
+        .into_par_iter()
+        .map(|(name, mesh)| place(anchors.get(&name).copied(), name, mesh, world_from_field))
+        .collect()
+}
+
+fn place(anchor: Option<Pose>, name: String, mut mesh: Mesh, world_from_field: &Isometry3<f64>) -> ShapedObject {
+    for p in &mut mesh.vertices {
+        *p = world_from_field * *p;
+    }
+    let world_from_link = anchor.unwrap_or_else(|| {
+        let middle = mesh
+            .bounds()
+            .map_or(Point3::origin(), |(low, high)| nalgebra::center(&low, &high));
+        Pose(Isometry3::from_parts(
+            Translation3::from(middle.coords),
+            UnitQuaternion::identity(),
+        ))
+    });
+    let seen = seen_fraction(&mesh);
+    let link_from_world = world_from_link.0.inverse();
+    for p in &mut mesh.vertices {
+        *p = link_from_world * *p;
+    }
+    ShapedObject {
+        name,
+        world_from_link,
+        mesh,
+        seen,
+        collision: Vec::new(),
+        superquadric: None,
+    }
+}
+
+/// Share of the area whose three corners were seen.
+fn seen_fraction(mesh: &Mesh) -> f64 {
+    let seen = |t: usize| mesh.seen.is_empty() || mesh.triangles[t].iter().all(|v| mesh.seen[*v as usize]);
+    let area: f64 = (0..mesh.triangles.len())
+        .filter(|t| seen(*t))
+        .map(|t| 0.5 * mesh.scaled_normal(t).norm())
+        .sum();
+    area / mesh.area().max(1e-12)
+}
+
+/// The bodies whose mesh the capture brings along.
+fn given_meshes(
+    capture: &Capture,
+    anchors: &BTreeMap<String, Pose>,
+    notices: &mut Notices,
+) -> Result<Vec<ShapedObject>> {
+    let mut objects = Vec::new();
+    for body in &capture.bodies {
+        let Some(file) = &body.mesh else { continue };
+        let mesh = parse_mesh(&file.path, &file.bytes)?;
+        let world_from_link = anchors.get(&body.name).copied().unwrap_or_else(|| {
+            notices.warn(
+                "shape",
+                &body.name,
+                "its mesh is given, but not where it is: taken to be at the origin",
+            );
+            Pose::identity()
+        });
+        objects.push(ShapedObject {
+            name: body.name.clone(),
+            world_from_link,
+            mesh,
+            seen: 1.0,
+            collision: Vec::new(),
+            superquadric: None,
+        });
+    }
+    Ok(objects)
+}
+
+/// A mesh that was given is the shape, whatever the views made of the body.
+fn put_given(objects: &mut Vec<ShapedObject>, given: Vec<ShapedObject>) {
+    for object in given {
+        match objects.iter_mut().find(|o| o.name == object.name) {
+            Some(seen) => *seen = object,
+            None => objects.push(object),
+        }
+    }
 }

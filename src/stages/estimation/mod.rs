@@ -16,6 +16,9 @@ mod push;
 mod resolve;
 mod share;
 mod solid;
+mod surface;
+#[cfg(test)]
+mod synthetic;
 mod tilt;
 
 pub use calibrate::calibrate_friction;

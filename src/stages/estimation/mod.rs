@@ -17,8 +17,6 @@ mod resolve;
 mod share;
 mod solid;
 mod surface;
-#[cfg(test)]
-mod synthetic;
 mod tilt;
 
 pub use calibrate::calibrate_friction;

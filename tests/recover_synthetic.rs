@@ -1,19 +1,21 @@
 //! Recover the truth from recordings made here by formula, with the noise of a real rig.
 
+#![allow(clippy::expect_used, reason = "a test fails aloud")]
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
 use rand_distr::{Distribution, StandardNormal};
 
-use super::solid::box_mesh;
-use super::{Config, calibrate_friction, identify};
-use crate::base::{Estimate, Notices, Pose, Seed, rng_for};
-use crate::capture::{
+use palpate::base::{Estimate, Notices, Pose, Seed, rng_for};
+use palpate::capture::{
     Capture, Interaction, Kind, Noise, PoseStream, Support, Tool, ToolShape, VectorStream, WrenchStream,
 };
-use crate::stages::interaction;
-use crate::twin::{Body, FORMAT, Link, Model, Provenance, Twin};
+use palpate::geometry::Mesh;
+use palpate::stages::estimation::{Config, calibrate_friction, identify};
+use palpate::stages::interaction;
+use palpate::twin::{Body, FORMAT, Link, Model, Provenance, Twin};
 
 const G: f64 = 9.80665;
 
@@ -195,6 +197,29 @@ fn capture(interactions: Vec<Interaction>) -> Capture {
     }
 }
 
+fn box_mesh(half: [f64; 3]) -> Mesh {
+    let corner = |i: u32| {
+        let s = |bit: u32, h: f64| if i & bit == 0 { -h } else { h };
+        Point3::new(s(1, half[0]), s(2, half[1]), s(4, half[2]))
+    };
+    let quads = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    Mesh {
+        vertices: (0..8).map(corner).collect(),
+        triangles: quads
+            .iter()
+            .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
+            .collect(),
+        ..Mesh::default()
+    }
+}
+
 fn model() -> Model {
     let mut link = Link::new("box", Pose(at(0.0, 0.02)));
     link.mesh = Some("box.obj".into());
@@ -209,10 +234,7 @@ fn model() -> Model {
             provenance: Provenance::default(),
             notices: Vec::new(),
         },
-        meshes: BTreeMap::from([(
-            "box.obj".into(),
-            box_mesh(Vector3::new(0.05, 0.04, 0.02), Vector3::zeros()),
-        )]),
+        meshes: BTreeMap::from([("box.obj".into(), box_mesh([0.05, 0.04, 0.02]))]),
     }
 }
 

@@ -1,1 +1,3 @@
+//! The `palpate` binary.
+
 fn main() {}

@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use super::document::{hold_against, join};
+use super::document::{hold_against, join, without_nulls};
 use super::json::{
     BodyJson, CameraJson, CaptureJson, InteractionJson, ShapeJson, SupportJson, ToolJson, capture_schema,
 };
@@ -28,7 +28,7 @@ pub(super) fn check_document(file: &Path, value: Value) -> Result<CaptureJson> {
         return Err(Error::bad_input(file, "format", found, format!("`{FORMAT}`")));
     }
     hold_against(file, &capture_schema(), &value)?;
-    let document: CaptureJson = serde_json::from_value(value)
+    let document: CaptureJson = serde_json::from_value(without_nulls(value))
         .map_err(|error| Error::bad_input(file, "the document", error.to_string(), "a capture"))?;
     Check { file }.document(&document)?;
     Ok(document)

@@ -84,6 +84,18 @@ pub(super) fn hold_against(file: &Path, schema: &Value, value: &Value) -> Result
     Checker { file, root: schema }.value("", schema, value)
 }
 
+/// Takes away the keys that are null: where a document has passed, each of them means the same as its absence.
+pub(super) fn without_nulls(value: Value) -> Value {
+    match value {
+        Value::Object(map) => {
+            let there = map.into_iter().filter(|(_, value)| !value.is_null());
+            Value::Object(there.map(|(key, value)| (key, without_nulls(value))).collect())
+        }
+        Value::Array(items) => Value::Array(items.into_iter().map(without_nulls).collect()),
+        other => other,
+    }
+}
+
 struct Checker<'a> {
     file: &'a Path,
     root: &'a Value,
@@ -164,19 +176,23 @@ impl Checker<'_> {
                 return Err(self.fault(&join(path, key), "an unknown key", expected));
             }
         }
-        for key in schema["required"]
+        let required: Vec<&str> = schema["required"]
             .as_array()
             .into_iter()
             .flatten()
             .filter_map(Value::as_str)
-        {
-            if !map.contains_key(key) {
-                let what = properties[key]["description"].as_str().unwrap_or("a value");
+            .collect();
+        for key in &required {
+            if !map.contains_key(*key) {
+                let what = properties[*key]["description"].as_str().unwrap_or("a value");
                 return Err(self.fault(&join(path, key), "nothing", format!("this key to be given: {what}")));
             }
         }
         for (key, value) in map {
-            self.value(&join(path, key), properties.get(key).unwrap_or(rest), value)?;
+            let optional = properties.contains_key(key) && !required.contains(&key.as_str());
+            if !(optional && value.is_null()) {
+                self.value(&join(path, key), properties.get(key).unwrap_or(rest), value)?;
+            }
         }
         Ok(())
     }
@@ -287,7 +303,15 @@ mod tests {
     fn every_fault_names_its_full_path() {
         let table = [
             (r#"{"format":"f","name":"n"}"#, "fine"),
-            (r#"{"format":"f","name":"n","support":null}"#, "fine"),
+            (
+                r#"{"format":"f","name":"n","support":null,"gravity":null,"views":null}"#,
+                "fine",
+            ),
+            (r#"{"format":"f","name":null}"#, "name: found null, expected a string"),
+            (
+                r#"{"format":"f","name":"n","interactions":[{"name":"a","kind":"hold","tracks":{"b":null}}]}"#,
+                "interactions[0].tracks.b: found null",
+            ),
             (
                 r#"{"format":"f","nane":"n"}"#,
                 "capture.json: nane: found an unknown key",

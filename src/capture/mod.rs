@@ -3,12 +3,19 @@
 //! A capture knows no belief: nothing here imports the twin.
 
 mod check;
+mod csv_text;
 mod document;
 mod folder;
 mod frames;
 mod images;
+mod inspect;
+mod inspect_missing;
+mod inspect_noise;
+mod inspect_views;
+mod inspection;
 mod json;
 mod model;
+mod motion;
 mod phases;
 mod read;
 mod streams;
@@ -16,11 +23,16 @@ mod table;
 mod write;
 
 pub use frames::read_frame;
+pub use inspect::inspect;
+pub use inspection::{
+    CameraSummary, Inspection, InteractionSummary, Missing, Motion, NoiseAtRest, StreamSummary, ViewSummary,
+};
 pub use json::capture_schema;
 pub use model::{
     BodyPrior, Camera, Capture, ColorImage, DepthImage, FORMAT, Frames, Interaction, Kind, LabelImage, MeshFile, Noise,
     PoseStream, Support, SupportFriction, Tool, ToolShape, VectorStream, View, WrenchStream,
 };
+pub use motion::{RelativePose, TrackNoise, first_rest, path_of, position_noise, relative_motion, track_noise};
 pub use phases::{Phase, PhaseKind, Segmented};
 pub use read::read_capture;
-pub use write::write_capture;
+pub use write::{write_capture, write_capture_with};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Point3, Quaternion, Unit, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, UnitQuaternion, UnitVector3, Vector3};
 
 use super::table::Table;
 use super::{PoseStream, VectorStream, WrenchStream};
@@ -17,25 +17,26 @@ const POSE: &str = "time,x,y,z,qx,qy,qz,qw";
 const NORMAL: &str = "time,nx,ny,nz";
 const POSE_COLUMNS: [&str; 7] = ["x", "y", "z", "qx", "qy", "qz", "qw"];
 
+/// Closer to one than this a length is left alone, so that what is written and read again keeps its digits.
+const EXACT: f64 = 1e-12;
+
 /// The unit quaternion of `x y z w`, or its length where that is not one.
 pub(super) fn unit_quaternion(q: [f64; 4]) -> std::result::Result<UnitQuaternion<f64>, f64> {
     let quaternion = Quaternion::new(q[3], q[0], q[1], q[2]);
-    let norm = quaternion.norm();
-    if (norm - 1.0).abs() <= UNIT_TOLERANCE {
-        Ok(Unit::new_normalize(quaternion))
-    } else {
-        Err(norm)
-    }
+    unit(quaternion, quaternion.norm())
 }
 
 /// The unit vector of `v`, or its length where that is not one.
 pub(super) fn unit_vector(v: [f64; 3]) -> std::result::Result<UnitVector3<f64>, f64> {
     let vector = Vector3::from(v);
-    let norm = vector.norm();
-    if (norm - 1.0).abs() <= UNIT_TOLERANCE {
-        Ok(Unit::new_normalize(vector))
-    } else {
-        Err(norm)
+    unit(vector, vector.norm())
+}
+
+fn unit<T: nalgebra::Normed<Norm = f64>>(value: T, norm: f64) -> std::result::Result<Unit<T>, f64> {
+    match (norm - 1.0).abs() {
+        off if off <= EXACT => Ok(Unit::new_unchecked(value)),
+        off if off <= UNIT_TOLERANCE => Ok(Unit::new_normalize(value)),
+        _ => Err(norm),
     }
 }
 
@@ -180,9 +181,9 @@ fn refuse_all_missing(table: &Table, some: bool) -> Result<()> {
 
 /// `x y z qx qy qz qw` as a pose; `place` names it in the error.
 pub(super) fn pose_of(file: &Path, place: &str, seven: [f64; 7]) -> Result<Pose> {
-    let [_, _, _, q @ ..] = seven;
+    let [x, y, z, q @ ..] = seven;
     match unit_quaternion(q) {
-        Ok(_) => Ok(Pose::from_seven(seven)),
+        Ok(rotation) => Ok(Pose(Isometry3::from_parts(Translation3::new(x, y, z), rotation))),
         Err(norm) => Err(Error::bad_input(
             file,
             place,

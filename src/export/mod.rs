@@ -1,1 +1,26 @@
-//! Models for simulators, from a twin alone: URDF, MJCF, glTF.
+//! Models for simulators, from a twin alone: URDF, MJCF, glTF, and the check that they say what the twin says.
+
+mod check;
+mod glb;
+mod glb_buffer;
+mod inertial;
+mod layout;
+mod load_glb;
+mod load_mjcf;
+mod load_urdf;
+mod loaded;
+mod mjcf;
+mod names;
+mod note;
+mod rest;
+mod scene;
+mod surface;
+mod unsayable;
+mod urdf;
+mod write;
+mod xml;
+
+pub use check::{CheckReport, Problem, check};
+pub use note::ExportNote;
+pub use rest::RestResult;
+pub use write::{Files, export_all, exports};

@@ -1,6 +1,6 @@
 //! A triangle mesh with optional colour and, per vertex, whether it was seen.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Triangles over shared vertices, counter-clockwise seen from outside. Metres.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,5 +52,65 @@ impl Mesh {
                 .iter()
                 .fold((first, first), |(lo, hi), v| (lo.inf(v), hi.sup(v))),
         )
+    }
+
+    /// The same mesh with every vertex moved by `target_from_source`.
+    pub fn transformed(&self, target_from_source: &Isometry3<f64>) -> Self {
+        Self {
+            vertices: self.vertices.iter().map(|v| target_from_source * v).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Adds the triangles of `other`; colours and `seen` flags stay only where both meshes have them.
+    pub fn append(&mut self, other: &Self) {
+        let base = self.vertices.len() as u32;
+        let was_empty = self.vertices.is_empty();
+        let colored = (was_empty || !self.colors.is_empty()) && !other.colors.is_empty();
+        let flagged = (was_empty || !self.seen.is_empty()) && !other.seen.is_empty();
+        self.vertices.extend(&other.vertices);
+        self.triangles
+            .extend(other.triangles.iter().map(|t| t.map(|v| v + base)));
+        if colored {
+            self.colors.extend(&other.colors);
+        } else {
+            self.colors.clear();
+        }
+        if flagged {
+            self.seen.extend(&other.seen);
+        } else {
+            self.seen.clear();
+        }
+    }
+
+    /// The triangles for which `keep` holds, with the vertices that they use, in their old order.
+    pub fn subset(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let triangles: Vec<_> = (0..self.triangles.len())
+            .filter(|&i| keep(i))
+            .map(|i| self.triangles[i])
+            .collect();
+        let mut new_index = vec![u32::MAX; self.vertices.len()];
+        for v in triangles.iter().flatten() {
+            new_index[*v as usize] = 0;
+        }
+        let kept: Vec<usize> = (0..self.vertices.len()).filter(|&v| new_index[v] == 0).collect();
+        for (new, &old) in kept.iter().enumerate() {
+            new_index[old] = new as u32;
+        }
+        let has = |flags: usize| flags == self.vertices.len();
+        Self {
+            vertices: kept.iter().map(|&v| self.vertices[v]).collect(),
+            triangles: triangles.iter().map(|t| t.map(|v| new_index[v as usize])).collect(),
+            colors: if has(self.colors.len()) {
+                kept.iter().map(|&v| self.colors[v]).collect()
+            } else {
+                Vec::new()
+            },
+            seen: if has(self.seen.len()) {
+                kept.iter().map(|&v| self.seen[v]).collect()
+            } else {
+                Vec::new()
+            },
+        }
     }
 }

@@ -1,8 +1,33 @@
 //! The made-up world that tests the rest: it shares no physics with the estimators on purpose.
 
+mod check;
+mod check_action;
+mod dynamics;
+mod instruments;
+mod lathe;
+mod matter;
+mod obj;
+mod parts;
+mod perform;
+mod range_camera;
+mod ray;
+mod read;
+mod rig;
 mod scene;
+mod scenes;
+mod script;
+mod sensors;
+mod solid;
+mod surface;
+mod synthesise;
+mod truth;
 
+pub use perform::{Performance, perform};
+pub use read::{parse_scene, read_scene};
 pub use scene::{
     ActionSpec, BodySpec, BondSpec, CameraSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec, PairSpec,
     Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
 };
+pub use scenes::{scene_named, scenes};
+pub use solid::{ConvexPart, PartShape, Solid, build_solids};
+pub use synthesise::{Synthetic, steps, synthesise};

@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::instruments::{CameraSpec, NoiseSpec};
+pub use super::script::{ActionSpec, ToolSpec};
+
 /// A made-up tabletop with the script of what is done to it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -42,16 +45,24 @@ fn earth() -> [f64; 3] {
     [0.0, 0.0, -9.80665]
 }
 
-/// The table: its top is the plane z = 0 of the scene, tilted by `tilt` if that is hidden in the scene.
+/// The table: its top is the plane z = 0 of the scene. With a hidden `tilt` all coordinates are still the table's, but
+/// gravity leans against them, as where a robot's base stands on a table that is not level.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SupportSpec {
-    /// Slopes of the table along x and y, rad; the capture says nothing of them.
+    /// How steeply the table rises along x and y, rad; the capture says nothing of it.
     pub tilt: [f64; 2],
     /// A material name that the capture states.
     pub material: Option<String>,
     /// Write the support into the capture; otherwise it must be found.
     pub hidden: bool,
+}
+
+impl SupportSpec {
+    /// The angle between the table's normal and the vertical, rad.
+    pub fn lean(&self) -> f64 {
+        self.tilt[0].tan().hypot(self.tilt[1].tan()).atan()
+    }
 }
 
 /// One rigid part, standing or lying where `position` and `yaw` put its frame.
@@ -89,6 +100,9 @@ pub struct BodySpec {
     /// Tracked (default); an untracked part has no track in the capture.
     #[serde(default = "yes")]
     pub tracked: bool,
+    /// Write its surface, in the body frame, and its pose into the capture as known beforehand.
+    #[serde(default)]
+    pub known_mesh: bool,
 }
 
 fn wood() -> f64 {
@@ -255,249 +269,4 @@ pub struct PairSpec {
     pub b: String,
     /// Their friction.
     pub friction: FrictionSpec,
-}
-
-/// Rings of camera poses that look at `target`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CameraSpec {
-    /// Number of views, spread over the rings; 0 = no views.
-    pub views: usize,
-    /// Image width, pixels.
-    pub width: u32,
-    /// Image height, pixels.
-    pub height: u32,
-    /// Focal length, pixels.
-    pub focal: f64,
-    /// Elevations of the rings, degrees.
-    pub elevations: Vec<f64>,
-    /// Distance from the target, m.
-    pub distance: f64,
-    /// What it looks at, world.
-    pub target: [f64; 3],
-    /// Depth noise at 1 m, m; grows with range squared.
-    pub depth_sd: f64,
-    /// Fraction of edge pixels that fly between near and far.
-    pub flying: f64,
-}
-
-impl Default for CameraSpec {
-    fn default() -> Self {
-        Self {
-            views: 24,
-            width: 320,
-            height: 240,
-            focal: 300.0,
-            elevations: vec![25.0, 45.0, 68.0],
-            distance: 0.6,
-            target: [0.0, 0.0, 0.04],
-            depth_sd: 0.001,
-            flying: 0.3,
-        }
-    }
-}
-
-/// The sensors' noise, one standard deviation per axis, and their rates.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct NoiseSpec {
-    /// N.
-    pub force: f64,
-    /// N·m.
-    pub torque: f64,
-    /// m.
-    pub position: f64,
-    /// rad.
-    pub rotation: f64,
-    /// Force and tool path, Hz.
-    pub force_rate: f64,
-    /// Tracks, Hz.
-    pub track_rate: f64,
-    /// State the noise in the capture.
-    pub stated: bool,
-}
-
-impl Default for NoiseSpec {
-    fn default() -> Self {
-        Self {
-            force: 0.02,
-            torque: 0.002,
-            position: 0.0002,
-            rotation: 0.002,
-            force_rate: 500.0,
-            track_rate: 120.0,
-            stated: false,
-        }
-    }
-}
-
-/// The tool of an action.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "shape", rename_all = "lowercase", deny_unknown_fields)]
-pub enum ToolSpec {
-    /// A ball.
-    Sphere {
-        /// m.
-        radius: f64,
-    },
-    /// A box, half extents.
-    Box {
-        /// m.
-        half: [f64; 3],
-    },
-    /// An upright cylinder.
-    Cylinder {
-        /// m.
-        radius: f64,
-        /// m.
-        half_height: f64,
-    },
-}
-
-impl Default for ToolSpec {
-    fn default() -> Self {
-        Self::Sphere { radius: 0.008 }
-    }
-}
-
-/// One thing that is done. Points and directions are world coordinates at the first view.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-pub enum ActionSpec {
-    /// The tool starts clear of the body, moves along `direction` through `at`, and stops.
-    Push {
-        /// Unique name.
-        name: String,
-        /// Part that is meant.
-        target: String,
-        /// A point on the path: where contact is aimed.
-        at: [f64; 3],
-        /// Direction of motion.
-        direction: [f64; 3],
-        /// Travel after the aimed contact, m.
-        travel: f64,
-        /// m/s.
-        speed: f64,
-        /// Tool.
-        #[serde(default)]
-        tool: ToolSpec,
-        /// Coefficient of friction between tool and body.
-        #[serde(default = "tool_friction")]
-        tool_friction: f64,
-        /// Move away at the end and wait, so that coasting shows.
-        #[serde(default)]
-        retreat: bool,
-        /// Keep it for checking.
-        #[serde(default)]
-        held_out: bool,
-    },
-    /// The tool holds the body (pivot if `pin`) at `at` and moves along `direction`, or, with `arc`, along a
-    /// circle about the joint that the target hangs on.
-    Pull {
-        /// Unique name.
-        name: String,
-        /// Part that is held.
-        target: String,
-        /// Where it is held.
-        at: [f64; 3],
-        /// Direction of motion (at first).
-        direction: [f64; 3],
-        /// Travel, m (along the arc).
-        travel: f64,
-        /// m/s.
-        speed: f64,
-        /// Free pivot rather than a rigid grip.
-        #[serde(default)]
-        pin: bool,
-        /// Follow the joint of the target.
-        #[serde(default)]
-        arc: bool,
-        /// Go back again afterwards.
-        #[serde(default)]
-        back: bool,
-        /// Keep it for checking.
-        #[serde(default)]
-        held_out: bool,
-    },
-    /// The tool comes from above at `at`, presses `depth` deep, holds, and goes.
-    Press {
-        /// Unique name.
-        name: String,
-        /// Part that is pressed.
-        target: String,
-        /// Point of contact on top.
-        at: [f64; 3],
-        /// m below the contact.
-        depth: f64,
-        /// m/s.
-        speed: f64,
-        /// Seconds of holding.
-        #[serde(default = "one_second")]
-        hold: f64,
-        /// Tool.
-        #[serde(default)]
-        tool: ToolSpec,
-        /// Keep it for checking.
-        #[serde(default)]
-        held_out: bool,
-    },
-    /// The tool grips the body at `at`, raises it by `height`, waits, lowers it.
-    Lift {
-        /// Unique name.
-        name: String,
-        /// Part that is held.
-        target: String,
-        /// Where it is held.
-        at: [f64; 3],
-        /// m.
-        height: f64,
-        /// m/s.
-        #[serde(default = "slow")]
-        speed: f64,
-        /// Seconds of waiting at the top.
-        #[serde(default = "one_second")]
-        hold: f64,
-        /// Keep it for checking.
-        #[serde(default)]
-        held_out: bool,
-    },
-    /// The support turns about `axis` at `rate` until the body has slid `slide`, or `limit` is reached.
-    Tilt {
-        /// Unique name.
-        name: String,
-        /// Part that is watched; it alone stands on the support then.
-        target: String,
-        /// Horizontal axis.
-        axis: [f64; 3],
-        /// rad/s.
-        rate: f64,
-        /// rad.
-        limit: f64,
-        /// m.
-        #[serde(default = "slide")]
-        slide: f64,
-        /// Keep it for checking.
-        #[serde(default)]
-        held_out: bool,
-    },
-    /// Nothing is done.
-    Hold {
-        /// Unique name.
-        name: String,
-        /// Seconds.
-        seconds: f64,
-    },
-}
-
-fn tool_friction() -> f64 {
-    0.4
-}
-fn one_second() -> f64 {
-    1.0
-}
-fn slow() -> f64 {
-    0.05
-}
-fn slide() -> f64 {
-    0.05
 }

@@ -1,2 +1,20 @@
 //! Forward models: from a twin and an action to what every sensor would see. No capture: a simulator
 //! cannot peek at what it must predict.
+
+mod action;
+mod footprint;
+mod lift;
+mod linkage;
+mod press;
+mod push;
+mod quasistatic;
+mod tilt;
+
+pub use action::{Action, Hold, Prediction, ToolMotion};
+pub use footprint::Footprint;
+pub use lift::predict_lift;
+pub use linkage::{Foot, Linkage};
+pub use press::{Press, predict_press};
+pub use push::{PushPrediction, predict_push};
+pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};
+pub use tilt::{TiltOutcome, predict_tilt};

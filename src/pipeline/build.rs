@@ -1,16 +1,11 @@
 //! The method itself, a verb a line.
 
-use crate::base::{Notices, Result, Seed};
+use super::{Options, Pass, assemble};
+use crate::base::{Notices, Progress, Result, Stopwatch};
 use crate::capture::{Capture, Segmented};
 use crate::stages::diagnosis::Trace;
+use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape, symmetry};
 use crate::twin::{Diagnosis, Model};
-
-/// How to run.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Seed of everything in which chance plays a part.
-    pub seed: Seed,
-}
 
 /// A finished run, ready to be exported and shown.
 #[derive(Clone, Debug)]
@@ -19,15 +14,90 @@ pub struct Run {
     pub model: Model,
     /// What it still gets wrong.
     pub diagnosis: Diagnosis,
-    /// Measured against predicted.
+    /// Measured against predicted, one per interaction.
     pub traces: Vec<Trace>,
     /// The interactions cut into phases.
     pub segmented: Vec<Segmented>,
-    /// Doubts that came up.
-    pub notices: Notices,
+    /// Wall seconds of each pass.
+    pub seconds: Vec<(&'static str, f64)>,
 }
 
-/// From a capture to a twin.
-pub fn build(_capture: &Capture, _options: &Options) -> Result<Run> {
-    Err(crate::base::Error::Failed("the pipeline is not built yet".into()))
+/// From a capture to a twin: shape, symmetry, interaction, articulation, estimation, relations, diagnosis.
+pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Result<Run> {
+    let mut notices = Notices::default();
+    let mut clock = PassClock::new(progress);
+
+    let shapes = if options.runs(Pass::Shape) {
+        shape::reconstruct(capture, &options.shape, &mut notices)?
+    } else {
+        shape::Shapes::default()
+    };
+    let mut model = assemble::model(capture, shapes, options);
+    clock.lap("shape");
+
+    if options.runs(Pass::Symmetry) {
+        for (name, mesh) in assemble::link_meshes(&model) {
+            let planes = symmetry::detect(&mesh, &options.symmetry, &mut notices)?;
+            assemble::set_symmetry(&mut model, &name, planes);
+        }
+    }
+    clock.lap("symmetry");
+
+    let segmented = interaction::segment(capture, &model, &options.interaction, &mut notices)?;
+    if options.runs(Pass::Articulation) {
+        let found = articulation::infer(capture, &segmented, &model, &options.articulation, &mut notices)?;
+        assemble::join(&mut model, found);
+    }
+    clock.lap("articulation");
+
+    if options.runs(Pass::Physics) {
+        estimation::identify(capture, &segmented, &mut model, &options.estimation, &mut notices)?;
+    }
+    clock.lap("physics");
+
+    if options.runs(Pass::Relations) {
+        model.twin.relations = relations::relate(capture, &segmented, &model, &options.relations, &mut notices)?;
+        assemble::weld(&mut model);
+    }
+    clock.lap("relations");
+
+    let diagnosed = if options.runs(Pass::Diagnosis) {
+        diagnosis::diagnose(capture, &segmented, &model, &options.diagnosis, &mut notices)?
+    } else {
+        diagnosis::Diagnosed::skipped()
+    };
+    clock.lap("diagnosis");
+
+    assemble::record(&mut model, capture, options, &clock.laps, notices);
+    let diagnosis::Diagnosed { diagnosis, traces } = diagnosed;
+    Ok(Run {
+        model,
+        diagnosis,
+        traces,
+        segmented,
+        seconds: clock.laps,
+    })
+}
+
+/// Wall seconds of each pass, shown as progress.
+struct PassClock<'a> {
+    progress: &'a Progress,
+    watch: Stopwatch,
+    laps: Vec<(&'static str, f64)>,
+}
+
+impl<'a> PassClock<'a> {
+    fn new(progress: &'a Progress) -> Self {
+        Self {
+            progress,
+            watch: Stopwatch::start(),
+            laps: Vec::new(),
+        }
+    }
+
+    fn lap(&mut self, pass: &'static str) {
+        let before: f64 = self.laps.iter().map(|(_, s)| s).sum();
+        self.laps.push((pass, self.watch.seconds() - before));
+        self.progress.advance();
+    }
 }

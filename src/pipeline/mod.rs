@@ -1,5 +1,10 @@
 //! The whole way on one screen: order, cache, record.
 
+mod assemble;
 mod build;
+mod options;
+mod pass;
 
-pub use build::{Options, Run, build};
+pub use build::{Run, build};
+pub use options::Options;
+pub use pass::Pass;

@@ -2,14 +2,23 @@
 
 mod body;
 mod diagnosis;
+mod file;
 mod joint;
+mod mesh_distance;
 mod model;
+mod obj;
 mod relation;
+mod sanity;
+mod score;
+mod score_rows;
+mod score_table;
 mod truth;
 
 pub use body::{Body, Friction, FrictionForce, Link, Superquadric, SymmetryPlane};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
+pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, write_twin};
 pub use joint::{Joint, JointAlternative, JointKind};
 pub use model::{FORMAT, Model, Provenance, SupportPlane, Twin};
 pub use relation::{Relation, RelationKind, SUPPORT};
+pub use score::{CauseScore, Score, ScoreRow, Summary, Tally, score};
 pub use truth::{TrueBody, TrueJoint, TruePlane, TrueRelation, Truth};

@@ -1,27 +1,232 @@
 //! The verb of the articulation pass.
 
-use crate::base::{Notices, Result};
-use crate::capture::{Capture, Segmented};
-use crate::twin::{Joint, Model};
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Settings of the articulation pass.
-#[derive(Clone, Debug, Default)]
-pub struct Config {}
+use nalgebra::Isometry3;
+
+use super::Config;
+use super::coupling::{Placement, coupling};
+use super::describe::{Anchor, describe};
+use super::pair::Pair;
+use super::select::{KINDS, Selection, select};
+use super::world;
+use crate::base::{Notices, Result};
+use crate::capture::{Capture, Segmented, first_rest, track_noise};
+use crate::geometry::{Mesh, gap};
+use crate::twin::{Joint, JointKind, Model};
 
 /// What the relative motion shows.
 #[derive(Clone, Debug, Default)]
 pub struct Articulation {
     /// Joints between tracked links, axis and origin in the world at the first view.
     pub joints: Vec<Joint>,
+    /// Links that were never seen or tracked but that a joint needs: `world` as the parent of what hangs on
+    /// something that nobody tracked, and a handle that only the tool followed.
+    pub world_links: Vec<String>,
 }
 
-/// Finds the joints between things that were tracked one by one.
+/// Seconds at the start of a track over which its pose is averaged.
+const REST: f64 = 0.25;
+/// Probability that two things are held once that was shown; names that say so (`body/link`) leave no doubt.
+const HELD: f64 = 0.98;
+
+/// Finds the joints between things that were tracked one by one, and of things that were pulled along a path
+/// while nothing else was tracked.
+///
+/// # Errors
+/// Settings that cannot work.
 pub fn infer(
-    _capture: &Capture,
+    capture: &Capture,
     _segmented: &[Segmented],
-    _model: &Model,
-    _config: &Config,
-    _notices: &mut Notices,
+    model: &Model,
+    config: &Config,
+    notices: &mut Notices,
 ) -> Result<Articulation> {
-    Ok(Articulation::default())
+    config.check()?;
+    let names: BTreeSet<&str> = capture
+        .fitted()
+        .flat_map(|i| i.tracks.keys().map(String::as_str))
+        .collect();
+    let names: Vec<&str> = names.into_iter().collect();
+    let mut joints = Vec::new();
+    for (k, a) in names.iter().enumerate() {
+        for b in &names[k + 1..] {
+            joints.extend(judge(capture, model, config, notices, a, b));
+        }
+    }
+    let mut out = Articulation {
+        joints: tree_of(joints, notices),
+        world_links: Vec::new(),
+    };
+    world::infer_world(capture, model, config, notices, &mut out);
+    Ok(out)
+}
+
+/// The joint between two tracked things, where there is one.
+fn judge(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, a: &str, b: &str) -> Option<Joint> {
+    let pair = Pair::gather(capture, a, b)?;
+    let declared = same_body(a, b);
+    if !declared && !(0..pair.runs.len()).any(|run| pair.moved(run)) {
+        return None;
+    }
+    let placement = placement(capture, model, &pair)?;
+    if !declared && !near(&placement, config) {
+        return None;
+    }
+    let reach = (config.reach * placement.size).max(0.05);
+    let selection = select(&pair.samples, &KINDS, reach)?;
+    let best = &selection.candidates[0];
+    let kind = best.fit.manifold.kind;
+    if selection.free > best.probability || (!declared && impossible(kind, &selection, &placement, config)) {
+        return None;
+    }
+    let proof = coupling(capture, &pair, &best.fit, &placement);
+    if !declared && !proof.proven() {
+        let about = format!("{}, {}", pair.parent, pair.child);
+        let how = format!("their relative motion looks {kind:?}, but nothing shows that they hold each other");
+        notices.note("articulation", &about, how.to_lowercase());
+        return None;
+    }
+    let held = if declared { 1.0 } else { HELD };
+    if held * best.probability < config.least_probability {
+        return None;
+    }
+    let anchor = anchor(capture, model, &pair);
+    Some(describe(&pair, &selection, &anchor, &placement, held))
+}
+
+/// True for two links of one body by their names, `body/link`.
+fn same_body(a: &str, b: &str) -> bool {
+    match (a.split_once('/'), b.split_once('/')) {
+        (Some((x, _)), Some((y, _))) => x == y,
+        _ => false,
+    }
+}
+
+fn near(placement: &Placement, config: &Config) -> bool {
+    match (&placement.parent_mesh, &placement.child_mesh) {
+        (Some(p), Some(c)) => gap(p, c).is_some_and(|g| g < config.gap),
+        _ => (placement.parent_centre - placement.child_centre).norm() < config.origin_distance,
+    }
+}
+
+/// Kinds that the table explains, or that no real joint has: gliding in the plane of the table, a hinge far
+/// from both.
+fn impossible(kind: JointKind, selection: &Selection, placement: &Placement, config: &Config) -> bool {
+    let fit = &selection.candidates[0].fit;
+    let radius = super::select::radius_of(fit).0;
+    let far = |r: f64| r > config.reach * placement.size;
+    match kind {
+        JointKind::Fixed | JointKind::Planar => true,
+        JointKind::Revolute | JointKind::Screw | JointKind::Cylindrical => {
+            let to_parent =
+                fit.manifold.point - fit.manifold.axis.into_inner() * fit.manifold.axis.dot(&fit.manifold.point);
+            far(radius) || far(to_parent.norm())
+        }
+        JointKind::Spherical => far((fit.manifold.point - fit.manifold.home.translation.vector).norm()),
+        JointKind::Prismatic => false,
+    }
+}
+
+/// Where the two stand at the first view; from the first rows of their tracks where the model does not know.
+fn placement(capture: &Capture, model: &Model, pair: &Pair) -> Option<Placement> {
+    let (parent_pose, child_pose) = (
+        pose_of(capture, model, &pair.parent)?,
+        pose_of(capture, model, &pair.child)?,
+    );
+    let (parent_mesh, child_mesh) = (
+        world_mesh(model, &pair.parent, &parent_pose),
+        world_mesh(model, &pair.child, &child_pose),
+    );
+    let centre = |mesh: &Option<Mesh>, pose: &Isometry3<f64>| {
+        mesh.as_ref()
+            .and_then(Mesh::bounds)
+            .map_or(pose.translation.vector, |(l, h)| 0.5 * (l.coords + h.coords))
+    };
+    let (parent_centre, child_centre) = (centre(&parent_mesh, &parent_pose), centre(&child_mesh, &child_pose));
+    let extent = |mesh: &Option<Mesh>| {
+        mesh.as_ref()
+            .and_then(Mesh::bounds)
+            .map_or(0.0, |(l, h)| (h - l).norm())
+    };
+    let size = extent(&parent_mesh)
+        .max(extent(&child_mesh))
+        .max((parent_centre - child_centre).norm())
+        .max(0.05);
+    let support = capture.support.as_ref();
+    let up = support.map_or_else(|| -capture.gravity.normalize(), |s| s.normal.into_inner());
+    Some(Placement {
+        parent_mesh,
+        child_mesh,
+        parent_centre,
+        child_centre,
+        size,
+        up,
+        table: support.map(|s| up.dot(&s.point.coords)),
+    })
+}
+
+/// World-from-link at the first view: the model's, else the first rows of the first track.
+pub fn pose_of(capture: &Capture, model: &Model, name: &str) -> Option<Isometry3<f64>> {
+    let stream = capture.fitted().find_map(|i| i.tracks.get(name));
+    let tracked = stream.and_then(|s| first_rest(s, REST)).map(|(p, _)| p);
+    let known = model.twin.link(name).map(|l| l.pose.0);
+    match (known, tracked) {
+        (Some(k), Some(t)) => {
+            let noise = track_noise(capture, name);
+            let near = (k.translation.vector - t.translation.vector).norm() < (8.0 * noise.position).max(2e-3)
+                && k.rotation.angle_to(&t.rotation) < (8.0 * noise.rotation).max(0.02);
+            Some(if near { t } else { k })
+        }
+        (k, t) => k.or(t),
+    }
+}
+
+/// The surface of a link in the world at the first view.
+pub fn world_mesh(model: &Model, name: &str, pose: &Isometry3<f64>) -> Option<Mesh> {
+    let path = model.twin.link(name)?.mesh.as_ref()?;
+    Some(model.meshes.get(path)?.transformed(pose))
+}
+
+fn anchor(capture: &Capture, model: &Model, pair: &Pair) -> Anchor {
+    let world_from_parent = pose_of(capture, model, &pair.parent).unwrap_or_else(Isometry3::identity);
+    let world_from_child = pose_of(capture, model, &pair.child).unwrap_or_else(Isometry3::identity);
+    let noise = track_noise(capture, &pair.parent);
+    let rows = pair.runs.first().map_or(1, |r| {
+        let stream = &r.tracks[pair.parent.as_str()];
+        first_rest(stream, REST).map_or(1, |(_, n)| n)
+    }) as f64;
+    Anchor {
+        world_from_parent,
+        parent_from_child: world_from_parent.inverse() * world_from_child,
+        position: noise.position / rows.sqrt(),
+        rotation: noise.rotation / rows.sqrt(),
+    }
+}
+
+/// Keeps the joints that form trees, the most probable first: a loop cannot be written as one.
+fn tree_of(mut joints: Vec<Joint>, notices: &mut Notices) -> Vec<Joint> {
+    joints.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.name.cmp(&b.name)));
+    let mut group: BTreeMap<String, String> = BTreeMap::new();
+    let root = |group: &BTreeMap<String, String>, name: &str| {
+        let mut at = name.to_owned();
+        while let Some(next) = group.get(&at) {
+            at = next.clone();
+        }
+        at
+    };
+    let mut children = BTreeSet::new();
+    joints.retain(|j| {
+        let (a, b) = (root(&group, &j.parent), root(&group, &j.child));
+        let keep = a != b && !children.contains(&j.child);
+        if keep {
+            children.insert(j.child.clone());
+            group.insert(b, a);
+        } else {
+            let message = "it would close a loop of joints and is left out";
+            notices.warn("articulation", &j.name, message);
+        }
+        keep
+    });
+    joints
 }

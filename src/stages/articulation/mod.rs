@@ -1,5 +1,17 @@
 //! `infer`: which tracked things are links of one body, and the joints between them.
 
+mod config;
+mod coupling;
+mod describe;
+mod fit;
 mod infer;
+mod limits;
+mod manifold;
+mod pair;
+mod select;
+#[cfg(test)]
+mod tests;
+mod world;
 
-pub use infer::{Articulation, Config, infer};
+pub use config::Config;
+pub use infer::{Articulation, infer};

@@ -1,17 +1,52 @@
 //! What an interaction measured beside what the twin predicts, as curves to be drawn.
 
-/// One quantity over time, measured and predicted.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What a curve is of; errors are gathered by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// N.
+    Force,
+    /// N·m.
+    Torque,
+    /// m.
+    Position,
+    /// rad.
+    Rotation,
+}
+
+impl Quantity {
+    /// Its name in `diagnosis.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Torque => "torque",
+            Self::Position => "position",
+            Self::Rotation => "rotation",
+        }
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Force => "N",
+            Self::Torque => "N·m",
+            Self::Position => "m",
+            Self::Rotation => "rad",
+        }
+    }
+}
+
+/// One quantity over time, measured and predicted, SI.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// E.g. `force along the push`, `tin x`.
+    /// E.g. `force along the push`, `tin: along the push`.
     pub label: String,
-    /// E.g. `N`, `mm`.
-    pub unit: String,
+    /// What it is of.
+    pub quantity: Quantity,
     /// Seconds.
     pub time: Vec<f64>,
     /// As measured; NaN where missing.
     pub measured: Vec<f64>,
-    /// As the twin predicts; empty where there is no prediction.
+    /// As the twin predicts; NaN where it does not say, empty where there is no prediction.
     pub predicted: Vec<f64>,
     /// One standard deviation of the sensor.
     pub noise: Option<f64>,
@@ -24,7 +59,7 @@ pub struct Trace {
     pub interaction: String,
     /// It was not used to fit.
     pub held_out: bool,
-    /// Why there is no prediction, where there is none.
+    /// Why there is no prediction, or what was fitted anew for this interaction.
     pub remark: Option<String>,
     /// Its curves.
     pub curves: Vec<Curve>,

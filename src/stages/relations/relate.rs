@@ -1,21 +1,163 @@
 //! The verb of the relations pass.
 
-use crate::base::{Notices, Result};
+use super::Config;
+use super::evidence::{Finding, finding};
+use super::placing::{Bearing, Placed, bearing, placed, table, up};
+use super::support::standing;
+use crate::base::{Estimate, Notices, Result};
 use crate::capture::{Capture, Segmented};
-use crate::twin::{Model, Relation};
-
-/// Settings of the relations pass.
-#[derive(Clone, Debug, Default)]
-pub struct Config {}
+use crate::twin::{Joint, JointKind, Model, Relation, RelationKind};
 
 /// The arcs of the constraint graph. `model` already holds the joints, so that jointed pairs come out
 /// with the freedom of their joint.
+///
+/// A pair that was never tried apart is `unknown`, never `fixed`. A thing that merely rests can be taken off:
+/// it has all six freedoms.
+///
+/// # Errors
+/// Settings that cannot work.
 pub fn relate(
-    _capture: &Capture,
+    capture: &Capture,
     _segmented: &[Segmented],
-    _model: &Model,
-    _config: &Config,
-    _notices: &mut Notices,
+    model: &Model,
+    config: &Config,
+    notices: &mut Notices,
 ) -> Result<Vec<Relation>> {
-    Ok(Vec::new())
+    config.check()?;
+    let mut out: Vec<Relation> = model.twin.joints().map(jointed).collect();
+    let things = placed(model);
+    let up = up(capture, model);
+    for (k, a) in things.iter().enumerate() {
+        for b in &things[k + 1..] {
+            if joined(&out, &a.name, &b.name) {
+                continue;
+            }
+            if let Some(bearing) = bearing(a, b, &up, config) {
+                out.extend(pair(capture, a, b, bearing, config, notices));
+            }
+        }
+    }
+    if let Some(table) = table(capture, model) {
+        let children: Vec<&str> = model.twin.joints().map(|j| j.child.as_str()).collect();
+        let rooted = |t: &&Placed| t.mesh.is_some() || !children.contains(&t.name.as_str());
+        let on_table: Vec<Relation> = things
+            .iter()
+            .filter(rooted)
+            .filter(|t| t.mesh.is_some() || !lies_on_another(&out, &t.name))
+            .filter_map(|t| standing(capture, t, &table, &up, config))
+            .collect();
+        out.extend(on_table);
+    }
+    Ok(out)
+}
+
+fn joined(arcs: &[Relation], a: &str, b: &str) -> bool {
+    arcs.iter().any(|r| (r.a == a && r.b == b) || (r.a == b && r.b == a))
+}
+
+/// True for the upper of a stack: the second of an arc is the one on top.
+fn lies_on_another(arcs: &[Relation], name: &str) -> bool {
+    arcs.iter().any(|r| r.b == name)
+}
+
+fn jointed(joint: &Joint) -> Relation {
+    let (rotation_dof, translation_dof) = joint.kind.freedom();
+    Relation {
+        a: joint.parent.clone(),
+        b: joint.child.clone(),
+        kind: match joint.kind {
+            JointKind::Fixed => RelationKind::Fixed,
+            JointKind::Revolute => RelationKind::Revolute,
+            JointKind::Prismatic => RelationKind::Prismatic,
+            JointKind::Screw => RelationKind::Screw,
+            JointKind::Cylindrical => RelationKind::Cylindrical,
+            JointKind::Planar => RelationKind::Planar,
+            JointKind::Spherical => RelationKind::Spherical,
+        },
+        rotation_dof,
+        translation_dof,
+        probability: joint.probability,
+        from: joint.axis.from.clone(),
+        breakaway: None,
+    }
+}
+
+/// The arc between two things that bear on each other.
+fn pair(
+    capture: &Capture,
+    a: &Placed,
+    b: &Placed,
+    bearing: Bearing,
+    config: &Config,
+    notices: &mut Notices,
+) -> Option<Relation> {
+    let findings: Vec<Finding> = capture
+        .fitted()
+        .filter_map(|run| finding(capture, run, &a.name, &b.name, bearing, config))
+        .collect();
+    let (lower, upper) = if bearing == Bearing::FirstOnTop { (b, a) } else { (a, b) };
+    let arc = |kind, freedom: u8, probability, from| Relation {
+        a: lower.name.clone(),
+        b: upper.name.clone(),
+        kind,
+        rotation_dof: freedom,
+        translation_dof: freedom,
+        probability,
+        from,
+        breakaway: None,
+    };
+    if findings.iter().all(|f| f.log_odds.abs() < 0.5) {
+        let seen = a.mesh.is_some() && b.mesh.is_some();
+        return seen.then(|| {
+            let about = format!("{}, {}", lower.name, upper.name);
+            let message = "they touch, and no interaction could have told a bond from mere rest: lift the upper one";
+            notices.note("relations", &about, message);
+            arc(RelationKind::Unknown, 3, 1.0 - config.prior_fixed, Vec::new())
+        });
+    }
+    let fixed = probability_of_a_bond(&findings, config);
+    let names = |keep: &dyn Fn(&Finding) -> bool| -> Vec<String> {
+        findings
+            .iter()
+            .filter(|f| keep(f))
+            .map(|f| f.interaction.clone())
+            .collect()
+    };
+    if fixed > 0.9 {
+        let mut relation = arc(RelationKind::Fixed, 0, fixed, names(&|f| f.log_odds > 0.0));
+        relation.breakaway = breakaway(&findings);
+        return Some(relation);
+    }
+    if findings.iter().any(|f| f.parted) {
+        let kind = match bearing {
+            Bearing::SecondOnTop | Bearing::FirstOnTop => RelationKind::Resting,
+            Bearing::Beside => RelationKind::Separate,
+            Bearing::Perhaps => return None,
+        };
+        return Some(arc(kind, 3, 1.0 - fixed, names(&|f| f.parted)));
+    }
+    (bearing != Bearing::Perhaps).then(|| arc(RelationKind::Unknown, 3, 1.0 - fixed, names(&|_| true)))
+}
+
+/// Odds add up over the interactions; one lift that brought the other along counts for what it was then, even
+/// if the two came apart later.
+fn probability_of_a_bond(findings: &[Finding], config: &Config) -> f64 {
+    let prior = (config.prior_fixed / (1.0 - config.prior_fixed)).ln();
+    let held_before = findings.iter().take_while(|f| !f.parted || f.breakaway.is_some());
+    let bond: f64 = held_before.map(|f| f.log_odds).sum();
+    let all: f64 = findings.iter().map(|f| f.log_odds).sum();
+    let odds = if bond > 5.0 { prior + bond } else { prior + all };
+    1.0 / (1.0 + (-odds.clamp(-7.0, 7.0)).exp())
+}
+
+fn breakaway(findings: &[Finding]) -> Option<Estimate> {
+    let found = findings.iter().find(|f| f.breakaway.is_some())?;
+    let (force, sd) = found.breakaway?;
+    Some(Estimate::measured(
+        force,
+        sd,
+        "N",
+        vec![found.interaction.clone()],
+        "lift-peak",
+    ))
 }

@@ -3,5 +3,6 @@
 mod config;
 mod reconstruct;
 
+pub use crate::geometry::Mesh;
 pub use config::Config;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct};

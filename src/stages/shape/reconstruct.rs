@@ -4,7 +4,7 @@ use super::Config;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
 use crate::geometry::Mesh;
-use crate::twin::SupportPlane;
+use crate::twin::{Superquadric, SupportPlane};
 
 /// What the views show: the table and the things on it.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +27,10 @@ pub struct ShapedObject {
     pub mesh: Mesh,
     /// Fraction of its area that was seen.
     pub seen: f64,
+    /// Convex parts in the link frame, for contact.
+    pub collision: Vec<Mesh>,
+    /// A superquadric that stands for the shape.
+    pub superquadric: Option<Superquadric>,
 }
 
 /// Fuses the views, finds the table, separates the things, closes and colours their meshes.

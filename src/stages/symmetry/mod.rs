@@ -1,5 +1,11 @@
 //! `detect`: the planes through a mesh on which it mirrors onto itself.
 
+mod config;
 mod detect;
+mod mirror;
+mod revolution;
+#[cfg(test)]
+mod tests;
 
-pub use detect::{Config, detect};
+pub use config::Config;
+pub use detect::detect;

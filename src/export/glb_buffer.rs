@@ -1,0 +1,152 @@
+//! The binary half of a GLB: accessors over one buffer, and the container around both halves.
+
+use nalgebra::{Point3, Vector3};
+use serde_json::{Value, json};
+
+use crate::geometry::Mesh;
+
+/// Accessors and buffer views as they are filled.
+#[derive(Default)]
+pub(super) struct Buffer {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const UNSIGNED_SHORT: u32 = 5123;
+
+impl Buffer {
+    /// Adds a mesh; returns its only primitive. `with_looks` adds normals and colours.
+    pub(super) fn primitive(&mut self, mesh: &Mesh, with_looks: bool, material: usize) -> Value {
+        let mut attributes = json!({ "POSITION": self.positions(mesh) });
+        if with_looks {
+            attributes["NORMAL"] = json!(self.normals(mesh));
+            if mesh.colors.len() == mesh.vertices.len() {
+                attributes["COLOR_0"] = json!(self.colors(&mesh.colors));
+            }
+        }
+        let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
+        let view = self.view(&indices, ELEMENT_ARRAY_BUFFER);
+        let count = mesh.triangles.len() * 3;
+        let indices = self.accessor(json!({
+            "bufferView": view, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR"
+        }));
+        json!({ "attributes": attributes, "indices": indices, "material": material, "mode": 4 })
+    }
+
+    fn positions(&mut self, mesh: &Mesh) -> usize {
+        let points: Vec<[f32; 3]> = mesh.vertices.iter().map(single).collect();
+        let bound = |pick: fn(f32, f32) -> f32| {
+            let first = points.first().copied().unwrap_or_default();
+            points
+                .iter()
+                .fold(first, |m, p| std::array::from_fn(|k| pick(m[k], p[k])))
+        };
+        let (min, max) = (bound(f32::min), bound(f32::max));
+        let view = self.view(&flat(&points), ARRAY_BUFFER);
+        self.accessor(json!({
+            "bufferView": view, "componentType": FLOAT, "count": points.len(), "type": "VEC3", "min": min, "max": max
+        }))
+    }
+
+    fn normals(&mut self, mesh: &Mesh) -> usize {
+        let normals: Vec<[f32; 3]> = vertex_normals(mesh)
+            .iter()
+            .map(|n| [n.x as f32, n.y as f32, n.z as f32])
+            .collect();
+        let view = self.view(&flat(&normals), ARRAY_BUFFER);
+        self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": normals.len(), "type": "VEC3" }))
+    }
+
+    /// Linear colour in 16 bits: 8 would band in the dark.
+    fn colors(&mut self, colors: &[[u8; 3]]) -> usize {
+        let bytes: Vec<u8> = colors
+            .iter()
+            .flat_map(|c| [linear(c[0]), linear(c[1]), linear(c[2]), u16::MAX])
+            .flat_map(u16::to_le_bytes)
+            .collect();
+        let view = self.view(&bytes, ARRAY_BUFFER);
+        self.accessor(json!({
+            "bufferView": view, "componentType": UNSIGNED_SHORT, "normalized": true, "count": colors.len(), "type": "VEC4"
+        }))
+    }
+
+    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let offset = self.bytes.len();
+        self.bytes.extend_from_slice(bytes);
+        let view = json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len(), "target": target });
+        self.views.push(view);
+        self.views.len() - 1
+    }
+
+    fn accessor(&mut self, accessor: Value) -> usize {
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    /// The finished file around `document`, which gets the buffer, views and accessors added.
+    pub(super) fn container(mut self, mut document: Value) -> Vec<u8> {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        if !self.bytes.is_empty() {
+            document["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+            document["bufferViews"] = Value::Array(self.views);
+            document["accessors"] = Value::Array(self.accessors);
+        }
+        let mut text = document.to_string().into_bytes();
+        text.resize(text.len().next_multiple_of(4), b' ');
+        let mut chunks = chunk(*b"JSON", &text);
+        if !self.bytes.is_empty() {
+            chunks.extend(chunk(*b"BIN\0", &self.bytes));
+        }
+        let mut file = b"glTF".to_vec();
+        file.extend(2u32.to_le_bytes());
+        file.extend((chunks.len() as u32 + 12).to_le_bytes());
+        file.extend(chunks);
+        file
+    }
+}
+
+fn chunk(kind: [u8; 4], bytes: &[u8]) -> Vec<u8> {
+    let mut out = (bytes.len() as u32).to_le_bytes().to_vec();
+    out.extend(kind);
+    out.extend_from_slice(bytes);
+    out
+}
+
+fn single(p: &Point3<f64>) -> [f32; 3] {
+    [p.x as f32, p.y as f32, p.z as f32]
+}
+
+fn flat(points: &[[f32; 3]]) -> Vec<u8> {
+    points.iter().flatten().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+/// Normals weighted by area; where a vertex has none, upwards, since a normal must be a unit vector.
+fn vertex_normals(mesh: &Mesh) -> Vec<Vector3<f64>> {
+    let mut sums = vec![Vector3::zeros(); mesh.vertices.len()];
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let normal = mesh.scaled_normal(i);
+        for v in triangle {
+            sums[*v as usize] += normal;
+        }
+    }
+    sums.into_iter()
+        .map(|n| n.try_normalize(1e-30).unwrap_or_else(Vector3::z))
+        .collect()
+}
+
+/// IEC 61966-2-1, to 16 bits.
+fn linear(srgb: u8) -> u16 {
+    let c = f64::from(srgb) / 255.0;
+    let l = if c <= 0.04045 {
+        c / 12.92
+    } else {
+        ((c + 0.055) / 1.055).powf(2.4)
+    };
+    (l * 65535.0).round() as u16
+}

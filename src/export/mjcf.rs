@@ -1,0 +1,316 @@
+//! MJCF: the scene as MuJoCo runs it, on the table, in the pose of the first view.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::inertial::six;
+use super::scene::{Attachment, Motion, Part, Scene, Tree};
+use super::urdf::upright_to;
+use super::xml::{Element, number, numbers, vector};
+use crate::twin::{JointKind, Link, Model};
+
+/// Torsional friction, m, and rolling friction, m, of MuJoCo where none was measured.
+const DEFAULT_TORSION: f64 = 0.005;
+const DEFAULT_ROLLING: f64 = 0.0001;
+/// Constant impedance of a contact whose stiffness is stated.
+const IMPEDANCE: f64 = 0.95;
+
+/// The file's text.
+pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
+    let mut root = Element::new("mujoco").with("model", &scene.name);
+    for note in scene.notes_for("mjcf") {
+        root.comment(format!("{}: {}", note.about, note.message));
+    }
+    let compiler = Element::new("compiler")
+        .with("angle", "radian")
+        .with("autolimits", "true")
+        .with("balanceinertia", "false");
+    root.push(compiler);
+    let option = Element::new("option")
+        .with("timestep", "0.002")
+        .with("gravity", vector(&scene.gravity))
+        .with("integrator", "implicitfast")
+        .with("cone", "elliptic")
+        .with("impratio", "10");
+    root.push(option);
+    root.push(assets(scene));
+    root.push(world(scene));
+    let sections = [contact(scene), equality(scene), custom(scene, model)];
+    for section in sections.into_iter().filter(|s| !s.is_empty()) {
+        root.push(section);
+    }
+    root.document()
+}
+
+/// Visual meshes need not close: their inertia is never used, and asked for as a shell's it never fails.
+fn assets(scene: &Scene) -> Element {
+    let mut asset = Element::new("asset");
+    let mesh = |name: String, file: &str, inertia: &str| {
+        Element::new("mesh")
+            .with("name", name)
+            .with("file", file)
+            .with("inertia", inertia)
+    };
+    for (_, part) in scene.parts() {
+        if let Some(path) = &part.visual {
+            asset.push(mesh(format!("{}_visual", part.name), path, "shell"));
+        }
+        for (k, path) in part.hulls.iter().enumerate() {
+            asset.push(mesh(format!("{}_hull_{k}", part.name), path, "convex"));
+        }
+    }
+    asset
+}
+
+fn world(scene: &Scene) -> Element {
+    let mut world = Element::new("worldbody");
+    let light = Element::new("light")
+        .with("name", "lamp")
+        .with("type", "directional")
+        .with("pos", "0 0 2")
+        .with("dir", "0.2 0.3 -1");
+    world.push(light);
+    if let Some(floor) = &scene.floor {
+        // Lower priority than the bodies': what was measured of a body on this support is what counts.
+        let plane = Element::new("geom")
+            .with("name", "support")
+            .with("type", "plane")
+            .with("size", "2 2 0.05")
+            .with("pos", vector(&floor.point))
+            .with(
+                "quat",
+                quaternion(&Isometry3::from_parts(
+                    Vector3::zeros().into(),
+                    upright_to(&floor.normal),
+                )),
+            )
+            .with("rgba", "0.8 0.78 0.74 1")
+            .with("priority", "0");
+        world.push(plane);
+    }
+    for tree in &scene.trees {
+        world.push(body(tree, 0));
+    }
+    world
+}
+
+fn body(tree: &Tree, index: usize) -> Element {
+    let part = &tree.parts[index];
+    let place = part
+        .attachment
+        .as_ref()
+        .map_or(part.world_from_part, |a| a.parent_from_part);
+    let mut body = Element::new("body")
+        .with("name", &part.name)
+        .with("pos", vector(&place.translation.vector))
+        .with("quat", quaternion(&place));
+    if !part.assumed.is_empty() {
+        body.comment(format!("assumed: {}", part.assumed.join(", ")));
+    }
+    match &part.attachment {
+        None if !tree.anchored => body.push(Element::new("freejoint").with("name", format!("{}_free", part.name))),
+        None => {}
+        Some(hold) => joints(hold).into_iter().for_each(|j| body.push(j)),
+    }
+    let inertial = Element::new("inertial")
+        .with("pos", vector(&part.com))
+        .with("mass", number(part.mass))
+        .with("fullinertia", numbers(&six(&part.inertia)));
+    body.push(inertial);
+    geoms(part).into_iter().for_each(|g| body.push(g));
+    let children =
+        (0..tree.parts.len()).filter(|i| tree.parts[*i].attachment.as_ref().is_some_and(|a| a.parent == index));
+    for child in children {
+        body.push(self::body(tree, child));
+    }
+    body
+}
+
+fn geoms(part: &Part) -> Vec<Element> {
+    let geom = |name: String, mesh: String| {
+        Element::new("geom")
+            .with("name", name)
+            .with("type", "mesh")
+            .with("mesh", mesh)
+            .with("pos", vector(&part.link_origin))
+    };
+    let [r, g, b] = part.color;
+    let mut geoms = Vec::new();
+    if part.visual.is_some() {
+        let name = format!("{}_visual", part.name);
+        let visual = geom(name.clone(), name)
+            .with("group", "2")
+            .with("contype", "0")
+            .with("conaffinity", "0")
+            .with("rgba", numbers(&[r, g, b, 1.0]));
+        geoms.push(visual);
+    }
+    for k in 0..part.hulls.len() {
+        let name = format!("{}_hull_{k}", part.name);
+        geoms.push(touching(part, geom(name.clone(), name)));
+    }
+    geoms
+}
+
+/// The contact properties: sliding friction is a pure number, torsional and rolling friction are lengths.
+fn touching(part: &Part, geom: Element) -> Element {
+    let s = &part.surface;
+    let torsion = s.torsional_radius.map_or(DEFAULT_TORSION, |r| r * s.kinetic_friction);
+    let friction = [s.kinetic_friction, torsion, s.rolling.unwrap_or(DEFAULT_ROLLING)];
+    let geom = geom
+        .with("group", "3")
+        .with("priority", "1")
+        .with("condim", if s.rolling.is_some() { "6" } else { "3" })
+        .with("friction", numbers(&friction))
+        .with("rgba", "0.4 0.6 0.8 0.3");
+    match s.compliance {
+        None => geom,
+        Some((stiffness, damping)) => {
+            let reference = direct_reference(stiffness, damping, part.mass);
+            // A constant impedance makes the contact's spring linear and equal to the stated one.
+            geom.with("solref", numbers(&reference))
+                .with("solimp", "0.95 0.95 0.001")
+        }
+    }
+}
+
+/// `solref` in MuJoCo's direct form, so that a press between a tool (one point of contact) and the support (taken
+/// to be four) shows the measured stiffness. In equilibrium a contact's force is `f = k x / ((1 - d) A)` with the
+/// impedance d and `A = 1/m` ("Computation", MuJoCo's documentation: `R = (1 - d)/d A`, `a_ref = -k/d x`), so
+/// one point is given 5/4 of the whole, four are five times it, and both in series the whole. The same holds for
+/// the damping; where none was measured it is critical, and a simulator is spared extremes.
+fn direct_reference(stiffness: f64, damping: Option<f64>, mass: f64) -> [f64; 2] {
+    let share = 1.25 * (1.0 - IMPEDANCE) / mass;
+    let critical = 2.0 * (stiffness * mass).sqrt();
+    let d = damping.map_or(critical, |c| c.clamp(0.1 * critical, 10.0 * critical));
+    [-share * stiffness, -share * d]
+}
+
+fn joints(hold: &Attachment) -> Vec<Element> {
+    if hold.kind == JointKind::Spherical {
+        let m = &hold.motions[0];
+        let ball = Element::new("joint").with("name", &hold.name).with("type", "ball");
+        return vec![with_losses(ball, m)];
+    }
+    let mut joints: Vec<Element> = hold.motions.iter().map(single).collect();
+    if hold.kind == JointKind::Screw {
+        let axis = vector(&hold.motions[0].axis);
+        let slide = Element::new("joint").with("name", slide_of(hold)).with("type", "slide");
+        joints.push(slide.with("axis", axis));
+    }
+    joints
+}
+
+fn single(motion: &Motion) -> Element {
+    let kind = if motion.turns { "hinge" } else { "slide" };
+    let mut joint = Element::new("joint")
+        .with("name", &motion.name)
+        .with("type", kind)
+        .with("axis", vector(&motion.axis));
+    if let Some(range) = motion.range {
+        joint = joint.with("range", numbers(&range));
+    }
+    if motion.stiffness > 0.0 {
+        joint = joint
+            .with("stiffness", number(motion.stiffness))
+            .with("springref", number(motion.rest));
+    }
+    with_losses(joint, motion)
+}
+
+/// MuJoCo's dry friction is a soft constraint that creeps under a load; at this impedance it creeps by less than
+/// a hundredth of a millimetre a second.
+fn with_losses(joint: Element, motion: &Motion) -> Element {
+    let joint = joint
+        .with("damping", number(motion.damping))
+        .with("frictionloss", number(motion.friction));
+    if motion.friction > 0.0 {
+        joint.with("solimpfriction", "0.9999 0.9999 0.001")
+    } else {
+        joint
+    }
+}
+
+fn slide_of(hold: &Attachment) -> String {
+    format!("{}_advance", hold.name)
+}
+
+/// Every part that hangs on another, that other, and how.
+fn attachments<'a>(scene: &'a Scene) -> impl Iterator<Item = (&'a Part, &'a Part, &'a Attachment)> {
+    let held = |tree: &'a Tree, part: &'a Part| {
+        let hold = part.hold()?;
+        Some((part, &tree.parts[hold.parent], hold))
+    };
+    scene
+        .trees
+        .iter()
+        .flat_map(move |t| t.parts.iter().filter_map(move |p| held(t, p)))
+}
+
+fn contact(scene: &Scene) -> Element {
+    let mut contact = Element::new("contact");
+    let exclude = |a: &str, b: &str| Element::new("exclude").with("body1", a).with("body2", b);
+    for (child, parent, _) in attachments(scene) {
+        contact.push(exclude(&parent.name, &child.name));
+    }
+    for [a, b] in &scene.welds {
+        contact.push(exclude(&scene.part(*a).name, &scene.part(*b).name));
+    }
+    contact
+}
+
+fn equality(scene: &Scene) -> Element {
+    let mut equality = Element::new("equality");
+    for (_, _, hold) in attachments(scene).filter(|(_, _, h)| h.kind == JointKind::Screw) {
+        let coupling = Element::new("joint")
+            .with("joint1", slide_of(hold))
+            .with("joint2", &hold.motions[0].name)
+            .with("polycoef", numbers(&[0.0, hold.pitch, 0.0, 0.0, 0.0]));
+        equality.push(coupling);
+    }
+    for [a, b] in &scene.welds {
+        let (a, b) = (&scene.part(*a).name, &scene.part(*b).name);
+        equality.push(Element::new("weld").with("body1", a).with("body2", b));
+    }
+    equality
+}
+
+/// Static friction and the 95 % intervals, as numbers that a program can ask for.
+fn custom(scene: &Scene, model: &Model) -> Element {
+    let mut custom = Element::new("custom");
+    let mut numeric = |name: String, data: &[f64]| {
+        custom.push(Element::new("numeric").with("name", name).with("data", numbers(data)));
+    };
+    for (_, part) in scene.parts() {
+        numeric(
+            format!("{}_friction_static", part.name),
+            &[part.surface.static_friction],
+        );
+        let Some(link) = model.twin.link(&part.link) else {
+            continue;
+        };
+        for (quantity, interval) in intervals(link) {
+            numeric(format!("{}_{quantity}_ci95", part.name), &interval);
+        }
+    }
+    custom
+}
+
+fn intervals(link: &Link) -> Vec<(&'static str, [f64; 2])> {
+    let list = [
+        ("mass", &link.mass),
+        ("friction_static", &link.friction.static_),
+        ("friction_kinetic", &link.friction.kinetic),
+        ("stiffness", &link.stiffness),
+        ("restitution", &link.restitution),
+    ];
+    list.into_iter()
+        .filter_map(|(name, e)| Some((name, e.as_ref()?.ci95?)))
+        .collect()
+}
+
+/// MuJoCo's order, scalar first.
+fn quaternion(pose: &Isometry3<f64>) -> String {
+    let q = pose.rotation;
+    let s = if q.w < 0.0 { -1.0 } else { 1.0 };
+    numbers(&[s * q.w, s * q.i, s * q.j, s * q.k])
+}

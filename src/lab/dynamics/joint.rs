@@ -1,0 +1,155 @@
+//! Revolute and prismatic joints: stiff springs on what is constrained, Coulomb and viscous friction on what is free.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::body::{Frame, RigidBody, Wrench};
+use super::weld::{rotation_error, stiff};
+use crate::lab::{JointSpec, JointSpecKind};
+
+/// Stiffness that is wanted of what is constrained, N/m and N·m/rad (less where a part is too light for it).
+const WANTED: (f64, f64) = (2e6, 5e3);
+/// Travel before a joint's dry friction is fully up, rad or m.
+const PRESLIDING: (f64, f64) = (5e-4, 2e-5);
+
+/// A joint between the bodies `a` and `b`; positive motion is that of `b` against `a`.
+#[derive(Clone, Debug)]
+pub(crate) struct Joint {
+    pub a: usize,
+    pub b: usize,
+    revolute: bool,
+    anchor_a: Vector3<f64>,
+    anchor_b: Vector3<f64>,
+    axis_a: Vector3<f64>,
+    axis_b: Vector3<f64>,
+    side_a: Vector3<f64>,
+    side_b: Vector3<f64>,
+    a_from_b: UnitQuaternion<f64>,
+    linear: (f64, f64),
+    angular: (f64, f64),
+    along: (f64, f64),
+    bristle: f64,
+    friction: f64,
+    bristle_stiffness: f64,
+    bristle_damping: f64,
+    damping: f64,
+    stiffness: f64,
+    rest: f64,
+    limits: Option<[f64; 2]>,
+    position: f64,
+}
+
+impl Joint {
+    /// As the bodies are at first; `axis` must be a unit vector.
+    pub fn new(spec: &JointSpec, axis: Vector3<f64>, (a, b): (usize, usize), bodies: &[RigidBody]) -> Self {
+        let (body_a, body_b) = (&bodies[a], &bodies[b]);
+        let origin = Vector3::from(spec.origin);
+        let revolute = spec.kind == JointSpecKind::Revolute;
+        let anchor = if revolute { origin } else { body_b.frame.position };
+        let point_compliance = body_a.compliance_at(&anchor) + body_b.compliance_at(&anchor);
+        let turn_compliance = body_a.angular_compliance() + body_b.angular_compliance();
+        let linear = stiff(WANTED.0, point_compliance);
+        let angular = stiff(WANTED.1, turn_compliance);
+        let (preslide, along) = if revolute {
+            (PRESLIDING.0, angular)
+        } else {
+            (PRESLIDING.1, linear)
+        };
+        let compliance = if revolute { turn_compliance } else { point_compliance };
+        let (bristle_stiffness, bristle_damping) = stiff(spec.friction / preslide, compliance);
+        let side = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+        Self {
+            a,
+            b,
+            revolute,
+            anchor_a: body_a.frame.local(&anchor),
+            anchor_b: body_b.frame.local(&anchor),
+            axis_a: body_a.frame.matrix.tr_mul(&axis),
+            axis_b: body_b.frame.matrix.tr_mul(&axis),
+            side_a: body_a.frame.matrix.tr_mul(&side),
+            side_b: body_b.frame.matrix.tr_mul(&side),
+            a_from_b: body_a.frame.rotation.inverse() * body_b.frame.rotation,
+            linear,
+            angular,
+            along,
+            bristle: 0.0,
+            friction: spec.friction,
+            bristle_stiffness,
+            bristle_damping,
+            damping: spec.damping,
+            stiffness: spec.stiffness,
+            rest: spec.rest,
+            limits: spec.limits,
+            position: 0.0,
+        }
+    }
+
+    /// The wrench on `b`; `a` gets the opposite.
+    pub fn act(&mut self, a: &Frame, b: &Frame, dt: f64) -> Wrench {
+        if self.revolute {
+            self.act_revolute(a, b, dt)
+        } else {
+            self.act_prismatic(a, b, dt)
+        }
+    }
+
+    fn act_revolute(&mut self, a: &Frame, b: &Frame, dt: f64) -> Wrench {
+        let (at_a, at) = (a.point(&self.anchor_a), b.point(&self.anchor_b));
+        let axis = a.matrix * self.axis_a;
+        let mut wrench = Wrench::zero();
+        let relative = b.velocity_at(&at) - a.velocity_at(&at);
+        wrench.push(&at, (at - at_a) * -self.linear.0 - relative * self.linear.1);
+        let turning = b.angular_velocity - a.angular_velocity;
+        let rate = turning.dot(&axis);
+        let lean = axis.cross(&(b.matrix * self.axis_b));
+        wrench.moment -= lean * self.angular.0 + (turning - axis * rate) * self.angular.1;
+        let (side_a, side_b) = (a.matrix * self.side_a, b.matrix * self.side_b);
+        let angle = axis.dot(&side_a.cross(&side_b)).atan2(side_a.dot(&side_b));
+        let turns = ((self.position - angle) / std::f64::consts::TAU).round();
+        self.position = angle + turns * std::f64::consts::TAU;
+        wrench.moment += axis * self.effort(rate, dt);
+        wrench
+    }
+
+    fn act_prismatic(&mut self, a: &Frame, b: &Frame, dt: f64) -> Wrench {
+        let (at_a, at) = (a.point(&self.anchor_a), b.point(&self.anchor_b));
+        let axis = a.matrix * self.axis_a;
+        let relative = b.velocity_at(&at) - a.velocity_at(&at);
+        let (offset, rate) = (at - at_a, relative.dot(&axis));
+        self.position = offset.dot(&axis);
+        let held = (offset - axis * self.position) * -self.linear.0 - (relative - axis * rate) * self.linear.1;
+        let mut wrench = Wrench::zero();
+        wrench.push(&at, held + axis * self.effort(rate, dt));
+        let turning = b.angular_velocity - a.angular_velocity;
+        wrench.moment -= rotation_error(a, b, &self.a_from_b) * self.angular.0 + turning * self.angular.1;
+        wrench
+    }
+
+    /// Force or torque along the free direction: dry friction (an elastic bristle that slides at the Coulomb level),
+    /// viscous damping, spring, stops that can only push.
+    fn effort(&mut self, rate: f64, dt: f64) -> f64 {
+        let mut effort = -self.damping * rate - self.stiffness * (self.position - self.rest);
+        if self.friction > 0.0 {
+            let limit = self.friction / self.bristle_stiffness;
+            let stretch = self.bristle + rate * dt;
+            self.bristle = stretch.clamp(-limit, limit);
+            let viscous = if stretch == self.bristle {
+                self.bristle_damping * rate
+            } else {
+                0.0
+            };
+            effort -= (self.bristle_stiffness * self.bristle + viscous).clamp(-self.friction, self.friction);
+        }
+        if let Some([low, high]) = self.limits {
+            let (k, c) = (0.2 * self.along.0, 0.4 * self.along.1);
+            let below = low - self.position;
+            let above = self.position - high;
+            if below > 0.0 {
+                effort += (k * below - c * rate).max(0.0);
+            }
+            if above > 0.0 {
+                effort -= (k * above + c * rate).max(0.0);
+            }
+        }
+        effort
+    }
+}

@@ -1,0 +1,171 @@
+//! The outline of a link at the height of a tool, as a convex polygon in the support plane.
+
+use nalgebra::{Isometry2, Point2, Vector2};
+
+/// A convex polygon, counter-clockwise, in the plane frame of its link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Footprint {
+    corners: Vec<Point2<f64>>,
+}
+
+/// Where a disc is against a polygon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Signed distance from the polygon to the point, m; negative inside.
+    pub distance: f64,
+    /// Outward normal of the polygon there.
+    pub outward: Vector2<f64>,
+    /// The nearest point of the outline.
+    pub point: Point2<f64>,
+}
+
+impl Footprint {
+    /// The convex hull of `points` (Andrew's monotone chain); nothing where they span no area.
+    pub fn hull(mut points: Vec<Point2<f64>>) -> Option<Self> {
+        points.retain(|p| p.coords.iter().all(|x| x.is_finite()));
+        points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        points.dedup();
+        let mut corners: Vec<Point2<f64>> = Vec::new();
+        for pass in 0..2 {
+            let floor = corners.len();
+            let forward: Box<dyn Iterator<Item = &Point2<f64>>> = if pass == 0 {
+                Box::new(points.iter())
+            } else {
+                Box::new(points.iter().rev())
+            };
+            for p in forward {
+                while corners.len() >= floor + 2
+                    && turn(&corners[corners.len() - 2], &corners[corners.len() - 1], p) <= 0.0
+                {
+                    corners.pop();
+                }
+                corners.push(*p);
+            }
+            corners.pop();
+        }
+        (corners.len() >= 3).then_some(Self { corners })
+    }
+
+    /// The corners, counter-clockwise.
+    pub fn corners(&self) -> &[Point2<f64>] {
+        &self.corners
+    }
+
+    /// Signed distance and outward normal at `point`, both in the polygon's frame moved by `pose`.
+    pub fn nearest(&self, pose: &Isometry2<f64>, point: &Point2<f64>) -> Nearest {
+        let local = pose.inverse_transform_point(point);
+        let inside = self.edges().all(|(a, b)| turn(a, b, &local) >= 0.0);
+        let mut best = Nearest {
+            distance: f64::INFINITY,
+            outward: Vector2::x(),
+            point: local,
+        };
+        for (a, b) in self.edges() {
+            let edge = b - a;
+            let normal = Vector2::new(edge.y, -edge.x).normalize();
+            let along = ((local - a).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
+            let foot = a + edge * along;
+            let away = local - foot;
+            let distance = away.norm();
+            if distance < best.distance {
+                let outward = if inside || distance < 1e-9 {
+                    normal
+                } else {
+                    away / distance
+                };
+                best = Nearest {
+                    distance,
+                    outward,
+                    point: foot,
+                };
+            }
+        }
+        let sign = if inside { -1.0 } else { 1.0 };
+        Nearest {
+            distance: sign * best.distance,
+            outward: pose.rotation * best.outward,
+            point: pose.transform_point(&best.point),
+        }
+    }
+
+    fn edges(&self) -> impl Iterator<Item = (&Point2<f64>, &Point2<f64>)> {
+        let n = self.corners.len();
+        (0..n).map(move |i| (&self.corners[i], &self.corners[(i + 1) % n]))
+    }
+
+    /// Area, m², and centroid.
+    pub fn area_centroid(&self) -> (f64, Point2<f64>) {
+        let (mut area, mut moment) = (0.0, Vector2::zeros());
+        for (a, b) in self.edges() {
+            let cross = a.x * b.y - a.y * b.x;
+            area += 0.5 * cross;
+            moment += (a.coords + b.coords) * cross / 6.0;
+        }
+        (area, Point2::from(moment / area))
+    }
+
+    /// Mean distance of the polygon's points from `centre`: the torsional radius of uniform pressure
+    /// (friction torque over friction force, Goyal, Ruina and Papadopoulos 1991), by a fan of triangles.
+    pub fn mean_distance(&self, centre: &Point2<f64>) -> f64 {
+        let (mut sum, mut area) = (0.0, 0.0);
+        for (a, b) in self.edges() {
+            let weight = 0.5 * turn(centre, a, b);
+            let mut mean = 0.0;
+            // Degree-2 midpoint rule on four sub-triangles of each fan triangle.
+            for (u, v) in QUADRATURE {
+                let p = a.coords * u + b.coords * v + centre.coords * (1.0 - u - v);
+                mean += (Point2::from(p) - centre).norm() / QUADRATURE.len() as f64;
+            }
+            sum += weight * mean;
+            area += weight;
+        }
+        sum / area
+    }
+}
+
+const QUADRATURE: [(f64, f64); 12] = [
+    (0.25, 0.0),
+    (0.25, 0.25),
+    (0.0, 0.25),
+    (0.75, 0.0),
+    (0.75, 0.25),
+    (0.5, 0.25),
+    (0.25, 0.5),
+    (0.25, 0.75),
+    (0.0, 0.75),
+    (0.5, 0.25),
+    (0.25, 0.5),
+    (0.25, 0.25),
+];
+
+fn turn(a: &Point2<f64>, b: &Point2<f64>, c: &Point2<f64>) -> f64 {
+    (b - a).perp(&(c - a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Footprint {
+        let s = 0.05;
+        let points = [(-s, -s), (s, -s), (s, s), (-s, s), (0.0, 0.0)];
+        Footprint::hull(points.iter().map(|(x, y)| Point2::new(*x, *y)).collect()).expect("a square")
+    }
+
+    #[test]
+    fn a_square_knows_its_faces() {
+        let near = square().nearest(&Isometry2::identity(), &Point2::new(-0.08, 0.01));
+        assert!((near.distance - 0.03).abs() < 1e-12);
+        assert!((near.outward - Vector2::new(-1.0, 0.0)).norm() < 1e-12);
+        let inside = square().nearest(&Isometry2::identity(), &Point2::new(0.04, 0.0));
+        assert!((inside.distance + 0.01).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_torsional_radius_of_a_square_is_right() {
+        // Mean distance from the centre of a square of side a: a (sqrt 2 + asinh 1) / 6.
+        let exact = 0.1 * (2f64.sqrt() + 1f64.asinh()) / 6.0;
+        let got = square().mean_distance(&Point2::origin());
+        assert!((got / exact - 1.0).abs() < 0.02, "{got} against {exact}");
+    }
+}

@@ -1,0 +1,293 @@
+//! A body of links as it stands on the table: feet that rub, joints that turn about the table's normal
+//! or slide along the table. Everything is in the plane frame (z along the support's normal), at the start.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector, Isometry2, Isometry3, Matrix2xX, Point2, UnitQuaternion, Vector2, Vector3};
+
+use super::Footprint;
+use super::quasistatic::Dissipator;
+use crate::base::Pose;
+use crate::geometry::Mesh;
+use crate::twin::{Body, Joint, JointKind, Link, Model};
+
+/// Where a link rubs on the table.
+#[derive(Clone, Debug)]
+pub struct Foot {
+    /// Kinetic friction force, N.
+    pub force: f64,
+    /// Friction torque over friction force, m.
+    pub radius: f64,
+    /// Centre of friction, plane frame at the start.
+    pub centre: Point2<f64>,
+}
+
+#[derive(Clone, Debug)]
+enum Freedom {
+    Turn(Point2<f64>),
+    Slide(Vector2<f64>),
+}
+
+#[derive(Clone, Debug)]
+struct PlaneJoint {
+    parent: usize,
+    child: usize,
+    freedom: Freedom,
+    friction: f64,
+    position: f64,
+}
+
+#[derive(Clone, Debug)]
+struct PlaneLink {
+    name: String,
+    start: Isometry3<f64>,
+    foot: Option<Foot>,
+    outline: Option<Footprint>,
+    moved: Isometry2<f64>,
+}
+
+/// A tree of links that slides and turns on the table.
+#[derive(Clone, Debug)]
+pub struct Linkage {
+    plane_from_world: UnitQuaternion<f64>,
+    links: Vec<PlaneLink>,
+    joints: Vec<PlaneJoint>,
+    anchored: bool,
+}
+
+impl Linkage {
+    /// The linkage of `body` with its links at `start`; `height` is the tool's, along the normal.
+    ///
+    /// Nothing where a joint neither turns about the normal nor slides along the table, or where no
+    /// friction of any link is known: then this model has nothing to say.
+    pub fn new(
+        model: &Model,
+        body: &Body,
+        start: &BTreeMap<String, Pose>,
+        normal: &Vector3<f64>,
+        height: f64,
+    ) -> Option<Self> {
+        let plane_from_world = UnitQuaternion::rotation_between(normal, &Vector3::z())?;
+        let turn = Isometry3::from_parts(nalgebra::Translation3::identity(), plane_from_world);
+        let mut links = Vec::new();
+        for link in &body.links {
+            let pose = turn * start.get(&link.name)?.0;
+            let mesh = link.mesh.as_ref().and_then(|m| model.meshes.get(m));
+            links.push(PlaneLink {
+                name: link.name.clone(),
+                start: pose,
+                foot: foot(link, mesh, &pose),
+                outline: mesh.and_then(|m| slice(m, &pose, height)),
+                moved: Isometry2::identity(),
+            });
+        }
+        let mut joints = Vec::new();
+        for joint in &body.joints {
+            joints.push(plane_joint(joint, body, start, &turn)?);
+        }
+        let anchored = body.links.first().is_some_and(|l| l.name == "world");
+        let rubs = links.iter().any(|l| l.foot.is_some()) || anchored;
+        rubs.then_some(Self {
+            plane_from_world,
+            links,
+            joints,
+            anchored,
+        })
+    }
+
+    /// Index of the link of that name.
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|l| l.name == name)
+    }
+
+    /// A world point in the plane frame.
+    pub fn flatten(&self, point: &nalgebra::Point3<f64>) -> Point2<f64> {
+        (self.plane_from_world * point).xy()
+    }
+
+    /// A planar force as a world vector.
+    pub fn lift_vector(&self, v: &Vector2<f64>) -> Vector3<f64> {
+        self.plane_from_world.inverse() * Vector3::new(v.x, v.y, 0.0)
+    }
+
+    /// The outline of link `i` at the tool's height and how far it has moved.
+    pub fn outline(&self, i: usize) -> Option<(&Footprint, &Isometry2<f64>)> {
+        self.links[i].outline.as_ref().map(|o| (o, &self.links[i].moved))
+    }
+
+    /// How far link `i` has moved.
+    pub fn moved(&self, i: usize) -> &Isometry2<f64> {
+        &self.links[i].moved
+    }
+
+    /// Names and world poses of all links.
+    pub fn poses(&self) -> Vec<(&str, Pose)> {
+        let back = Isometry3::from_parts(nalgebra::Translation3::identity(), self.plane_from_world.inverse());
+        let of = |l: &PlaneLink| {
+            let t = l.moved.translation.vector;
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), l.moved.rotation.angle());
+            let moved = Isometry3::from_parts(nalgebra::Translation3::new(t.x, t.y, 0.0), turn);
+            Pose(back * moved * l.start)
+        };
+        self.links.iter().map(|l| (l.name.as_str(), of(l))).collect()
+    }
+
+    fn freedoms(&self) -> usize {
+        3 + self.joints.len()
+    }
+
+    /// The velocity of the point `p` of link `i` per generalised velocity (root twist about the origin of
+    /// the plane frame, then joint rates): 2 × n, and the row of its angular velocity.
+    pub fn jacobian(&self, i: usize, p: &Point2<f64>) -> (Matrix2xX<f64>, DVector<f64>) {
+        let n = self.freedoms();
+        let mut linear = Matrix2xX::zeros(n);
+        let mut angular = DVector::zeros(n);
+        if !self.anchored {
+            linear[(0, 0)] = 1.0;
+            linear[(1, 1)] = 1.0;
+            linear[(0, 2)] = -p.y;
+            linear[(1, 2)] = p.x;
+            angular[2] = 1.0;
+        }
+        let mut link = i;
+        while let Some((k, joint)) = self.joints.iter().enumerate().find(|(_, j)| j.child == link) {
+            let parent = &self.links[joint.parent].moved;
+            let column = match &joint.freedom {
+                Freedom::Turn(centre) => {
+                    let arm = p - parent.transform_point(centre);
+                    angular[3 + k] = 1.0;
+                    Vector2::new(-arm.y, arm.x)
+                }
+                Freedom::Slide(axis) => parent.rotation * axis,
+            };
+            linear.set_column(3 + k, &column);
+            link = joint.parent;
+        }
+        (linear, angular)
+    }
+
+    /// Everything that rubs, for the present configuration.
+    pub fn dissipators(&self) -> Vec<Dissipator> {
+        let n = self.freedoms();
+        let mut all = Vec::new();
+        for (i, link) in self.links.iter().enumerate() {
+            if let Some(foot) = &link.foot {
+                let centre = link.moved.transform_point(&foot.centre);
+                let (linear, angular) = self.jacobian(i, &centre);
+                let mut rows = DMatrix::zeros(3, n);
+                rows.rows_mut(0, 2).copy_from(&linear);
+                rows.row_mut(2).copy_from(&(angular.transpose() * foot.radius));
+                all.push(Dissipator {
+                    rows,
+                    force: foot.force,
+                });
+            }
+        }
+        for (k, joint) in self.joints.iter().enumerate() {
+            let mut rows = DMatrix::zeros(1, n);
+            rows[(0, 3 + k)] = 1.0;
+            all.push(Dissipator {
+                rows,
+                force: joint.friction.max(1e-6),
+            });
+        }
+        all
+    }
+
+    /// Moves everything by a generalised velocity for `dt` seconds.
+    pub fn advance(&mut self, velocity: &DVector<f64>, dt: f64) {
+        if !self.anchored {
+            let (vx, vy, w) = (velocity[0] * dt, velocity[1] * dt, velocity[2] * dt);
+            let root = &mut self.links[0].moved;
+            // Exact for a constant twist about the plane's origin (the exponential map of SE(2)).
+            let (s, c) = if w.abs() < 1e-9 {
+                (1.0, 0.5 * w)
+            } else {
+                (w.sin() / w, (1.0 - w.cos()) / w)
+            };
+            let step = Vector2::new(s * vx - c * vy, c * vx + s * vy);
+            *root = Isometry2::new(step, w) * *root;
+        }
+        for k in 0..self.joints.len() {
+            self.joints[k].position += velocity[3 + k] * dt;
+            let joint = &self.joints[k];
+            let relative = match &joint.freedom {
+                Freedom::Turn(centre) => {
+                    let turn = Isometry2::rotation(joint.position);
+                    Isometry2::new(centre.coords - (turn * centre).coords, joint.position)
+                }
+                Freedom::Slide(axis) => Isometry2::translation(axis.x * joint.position, axis.y * joint.position),
+            };
+            self.links[joint.child].moved = self.links[joint.parent].moved * relative;
+        }
+    }
+}
+
+/// What a link's friction is known to be; nothing where it does not rub on the table.
+fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<Foot> {
+    let force = link.friction_force.kinetic.as_ref()?.value;
+    let com = link.com.as_ref().map(|c| nalgebra::Point3::from(c.value));
+    let under = mesh.and_then(|m| underside(m, pose));
+    let centre = com
+        .map(|c| (pose * c).xy())
+        .or_else(|| under.as_ref().map(|u| u.area_centroid().1))
+        .unwrap_or_else(|| Point2::from(pose.translation.vector.xy()));
+    let radius = link
+        .friction
+        .torsional_radius
+        .as_ref()
+        .map(|c| c.value)
+        .or_else(|| under.map(|u| u.mean_distance(&centre)))
+        .unwrap_or(0.02);
+    Some(Foot { force, radius, centre })
+}
+
+/// The hull of what is within 3 mm of the lowest point.
+fn underside(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<Footprint> {
+    let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
+    let lowest = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    Footprint::hull(points.iter().filter(|p| p.z < lowest + 0.003).map(|p| p.xy()).collect())
+}
+
+/// The hull of the cut at `height`.
+fn slice(mesh: &Mesh, pose: &Isometry3<f64>, height: f64) -> Option<Footprint> {
+    let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
+    let mut cut = Vec::new();
+    for triangle in &mesh.triangles {
+        for k in 0..3 {
+            let (a, b) = (&points[triangle[k] as usize], &points[triangle[(k + 1) % 3] as usize]);
+            if (a.z - height) * (b.z - height) < 0.0 {
+                let t = (height - a.z) / (b.z - a.z);
+                cut.push((a + (b - a) * t).xy());
+            }
+        }
+    }
+    Footprint::hull(cut)
+}
+
+fn plane_joint(
+    joint: &Joint,
+    body: &Body,
+    start: &BTreeMap<String, Pose>,
+    turn: &Isometry3<f64>,
+) -> Option<PlaneJoint> {
+    let index = |name: &str| body.links.iter().position(|l| l.name == name);
+    let (parent, child) = (index(&joint.parent)?, index(&joint.child)?);
+    // The joint is given at the first view; carry it along with its parent to where this action starts.
+    let carried = turn * start.get(&joint.parent)?.0 * body.links[parent].pose.0.inverse();
+    let axis = carried * Vector3::from(joint.axis.value);
+    let origin = carried * nalgebra::Point3::from(joint.origin.value);
+    let freedom = match joint.kind {
+        JointKind::Revolute if axis.z.abs() > 0.9 => Freedom::Turn(origin.xy()),
+        JointKind::Prismatic if axis.z.abs() < 0.3 => Freedom::Slide(axis.xy().normalize()),
+        _ => return None,
+    };
+    let friction = joint.friction.as_ref().map_or(0.0, |f| f.value);
+    Some(PlaneJoint {
+        parent,
+        child,
+        freedom,
+        friction,
+        position: 0.0,
+    })
+}

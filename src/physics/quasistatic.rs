@@ -1,0 +1,168 @@
+//! Quasi-static motion of things that slide on a table while a tool drives one of them.
+//!
+//! The motion is the one whose friction balances the tool: `W(q') q' = J' f`, where `W` collects, for
+//! every foot, the ellipsoidal limit surface `(f/fmax)^2 + (tau/(c fmax))^2 = 1` (Howe and Cutkosky 1996)
+//! and, for every joint, its Coulomb friction. Each is of degree zero in the speed, so the weights are
+//! found by iteration; for one body the first pass is already exact.
+
+use nalgebra::{DMatrix, DVector, Matrix2xX, Vector2};
+
+/// A dissipating element: `force * |rows q'|` with a metric on up to three rows.
+#[derive(Clone, Debug)]
+pub struct Dissipator {
+    /// Maps the generalised velocity to the slip of the element, already scaled to m/s.
+    pub rows: DMatrix<f64>,
+    /// Friction force, N (or N·m for a revolute joint with rows in rad/s).
+    pub force: f64,
+}
+
+/// The tool's contact: the velocity of the touched material point is `jacobian q'`.
+#[derive(Clone, Debug)]
+pub struct Contact {
+    /// 2 × n: velocity of the material point in the plane.
+    pub jacobian: Matrix2xX<f64>,
+    /// Unit direction into the body.
+    pub inward: Vector2<f64>,
+    /// Velocity of the tool at the contact, m/s.
+    pub tool_velocity: Vector2<f64>,
+    /// Coefficient of friction between tool and body; infinite for a pin.
+    pub friction: f64,
+    /// A pin may pull.
+    pub bilateral: bool,
+}
+
+/// What a contact does.
+#[derive(Clone, Debug)]
+pub struct ContactSolution {
+    /// Generalised velocity.
+    pub velocity: DVector<f64>,
+    /// Force of the tool on the body in the plane, N.
+    pub force: Vector2<f64>,
+}
+
+/// Speeds below this count as stuck, m/s or rad/s.
+const STUCK: f64 = 1e-6;
+const PASSES: usize = 40;
+
+/// The generalised velocity and the contact force; nothing where the tool moves away.
+pub fn solve_contact(dissipators: &[Dissipator], contact: &Contact) -> Option<ContactSolution> {
+    let closing = contact.inward.dot(&contact.tool_velocity);
+    if !contact.bilateral && closing <= 0.0 {
+        return None;
+    }
+    let stuck = solve(dissipators, contact, Mode::Stick);
+    let tangent = Vector2::new(-contact.inward.y, contact.inward.x);
+    let normal_force = stuck.force.dot(&contact.inward);
+    let tangent_force = stuck.force.dot(&tangent);
+    if contact.bilateral || (normal_force >= 0.0 && tangent_force.abs() <= contact.friction * normal_force) {
+        return Some(stuck);
+    }
+    let push = contact.inward + tangent * (contact.friction * tangent_force.signum());
+    Some(solve(dissipators, contact, Mode::Slide(push)))
+}
+
+#[derive(Clone, Copy)]
+enum Mode {
+    /// The material point moves with the tool.
+    Stick,
+    /// The force has this direction; only the normal speeds agree.
+    Slide(Vector2<f64>),
+}
+
+fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSolution {
+    let n = contact.jacobian.ncols();
+    let mut velocity = DVector::from_element(n, 0.0);
+    let mut speeds = vec![contact.tool_velocity.norm().max(STUCK); dissipators.len()];
+    let mut force = Vector2::zeros();
+    for _ in 0..PASSES {
+        let mut weight = DMatrix::from_diagonal_element(n, n, 1e-9);
+        for (element, speed) in dissipators.iter().zip(&speeds) {
+            weight += element.rows.transpose() * &element.rows * (element.force / speed);
+        }
+        let Some(inverse) = weight.try_inverse() else { break };
+        let before = velocity.clone();
+        (velocity, force) = balance(&inverse, contact, mode);
+        for (element, speed) in dissipators.iter().zip(&mut speeds) {
+            *speed = (&element.rows * &velocity).norm().max(STUCK);
+        }
+        if (&velocity - before).norm() <= 1e-7 * velocity.norm() {
+            break;
+        }
+    }
+    ContactSolution { velocity, force }
+}
+
+/// One linear balance with fixed weights: `q' = W^-1 J' f` with the contact's speeds met.
+fn balance(inverse: &DMatrix<f64>, contact: &Contact, mode: Mode) -> (DVector<f64>, Vector2<f64>) {
+    let jacobian = &contact.jacobian;
+    let mobility = jacobian * inverse * jacobian.transpose();
+    let force = match mode {
+        // A direction in which the body cannot go takes no part: what the tool meets there is not friction.
+        Mode::Stick => {
+            let square = nalgebra::Matrix2::new(mobility[(0, 0)], mobility[(0, 1)], mobility[(1, 0)], mobility[(1, 1)]);
+            let smallest = 1e-6 * square.trace();
+            let inverse = square.pseudo_inverse(smallest.max(f64::MIN_POSITIVE));
+            inverse.map_or_else(|_| Vector2::zeros(), |inverse| inverse * contact.tool_velocity)
+        }
+        Mode::Slide(push) => {
+            let along = contact
+                .inward
+                .dot(&Vector2::from_column_slice((mobility * push).as_slice()));
+            push * (contact.inward.dot(&contact.tool_velocity) / along.max(1e-12))
+        }
+    };
+    (inverse * jacobian.transpose() * force, force)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A body at the origin with torsional radius `c`, touched at `(x, y)`.
+    fn body(fmax: f64, c: f64, at: Vector2<f64>, inward: Vector2<f64>, friction: f64) -> (Vec<Dissipator>, Contact) {
+        let rows = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, c]);
+        let jacobian = Matrix2xX::from_row_slice(&[1.0, 0.0, -at.y, 0.0, 1.0, at.x]);
+        let contact = Contact {
+            jacobian,
+            inward,
+            tool_velocity: inward * 0.02,
+            friction,
+            bilateral: false,
+        };
+        (vec![Dissipator { rows, force: fmax }], contact)
+    }
+
+    #[test]
+    fn a_central_push_needs_just_the_friction() {
+        let (feet, contact) = body(2.5, 0.03, Vector2::new(-0.05, 0.0), Vector2::x(), 0.4);
+        let solved = solve_contact(&feet, &contact).expect("contact");
+        assert!((solved.force - Vector2::new(2.5, 0.0)).norm() < 1e-6);
+        assert!((solved.velocity - DVector::from_vec(vec![0.02, 0.0, 0.0])).norm() < 1e-8);
+    }
+
+    #[test]
+    fn an_eccentric_push_follows_the_limit_surface() {
+        // Sticking finger, closed form: f = A^-1 d with A = I + J J'/c^2, J = (-r_y, r_x).
+        let (c, r) = (0.03, Vector2::new(-0.05, 0.02));
+        let (feet, contact) = body(2.5, c, r, Vector2::x(), 10.0);
+        let solved = solve_contact(&feet, &contact).expect("contact");
+        let j = Vector2::new(-r.y, r.x);
+        let a = nalgebra::Matrix2::identity() + j * j.transpose() / (c * c);
+        let f = a.try_inverse().expect("regular") * Vector2::x();
+        let moment = j.dot(&f);
+        let scale = 2.5 / (f.norm_squared() + (moment / c).powi(2)).sqrt();
+        assert!(
+            (solved.force - f * scale).norm() < 1e-4,
+            "{} against {}",
+            solved.force,
+            f * scale
+        );
+    }
+
+    #[test]
+    fn a_tool_that_leaves_pushes_nothing() {
+        let (feet, mut contact) = body(2.5, 0.03, Vector2::new(-0.05, 0.0), Vector2::x(), 0.4);
+        contact.tool_velocity = -Vector2::x();
+        assert!(solve_contact(&feet, &contact).is_none());
+    }
+}

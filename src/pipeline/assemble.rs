@@ -1,0 +1,198 @@
+//! Puts what the stages found together into one twin: bodies of links, meshes by path, provenance.
+
+use std::collections::BTreeMap;
+
+use super::Options;
+use crate::base::{Estimate, Notices, Pose};
+use crate::capture::{Capture, PoseStream};
+use crate::stages::articulation::Articulation;
+use crate::stages::shape::Shapes;
+use crate::twin::{
+    Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SupportPlane,
+    SymmetryPlane, Twin,
+};
+
+/// The name by which files of a link are called: letters, digits, `-`, `_`.
+fn file_stem(name: &str) -> String {
+    name.chars()
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || c == '-' || c == '_' {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect()
+}
+
+/// One rigid body for every thing that was seen, tracked or known, with its meshes.
+pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
+    let mut meshes = BTreeMap::new();
+    let mut bodies = Vec::new();
+    for object in shapes.objects {
+        let stem = file_stem(&object.name);
+        let mut link = Link::new(object.name, object.world_from_link);
+        link.seen = Some(object.seen);
+        link.superquadric = object.superquadric;
+        let path = format!("meshes/{stem}.obj");
+        meshes.insert(path.clone(), object.mesh);
+        link.mesh = Some(path);
+        for (k, part) in object.collision.into_iter().enumerate() {
+            let path = format!("meshes/{stem}.collision-{k}.obj");
+            meshes.insert(path.clone(), part);
+            link.collision.push(path);
+        }
+        bodies.push(Body::rigid(link));
+    }
+    for (name, pose) in unseen(capture, &bodies) {
+        bodies.push(Body::rigid(Link::new(name, pose)));
+    }
+    let twin = Twin {
+        format: FORMAT.into(),
+        name: capture.name.clone(),
+        gravity: capture.gravity.into(),
+        support: shapes.support.or_else(|| given_support(capture)),
+        bodies,
+        relations: Vec::new(),
+        provenance: Provenance {
+            seed: options.seed.0,
+            options: options.record(),
+            ..Provenance::default()
+        },
+        notices: Vec::new(),
+    };
+    Model { twin, meshes }
+}
+
+fn given_support(capture: &Capture) -> Option<SupportPlane> {
+    let support = capture.support.as_ref()?;
+    Some(SupportPlane {
+        point: support.point.coords.into(),
+        normal: support.normal.into_inner().into(),
+        material: support.material.clone(),
+    })
+}
+
+/// Tracked or known things that no view showed, with the first pose that is known of them.
+fn unseen(capture: &Capture, seen: &[Body]) -> Vec<(String, Pose)> {
+    let mut found: Vec<(String, Pose)> = Vec::new();
+    let known = |found: &[(String, Pose)], name: &str| {
+        seen.iter().any(|b| b.name == name) || found.iter().any(|(n, _)| n == name)
+    };
+    for interaction in &capture.interactions {
+        for (name, track) in &interaction.tracks {
+            if !known(&found, name) {
+                found.push((name.clone(), first_pose(track)));
+            }
+        }
+    }
+    for prior in &capture.bodies {
+        if !known(&found, &prior.name) {
+            found.push((prior.name.clone(), prior.world_from_body.unwrap_or_else(Pose::identity)));
+        }
+    }
+    found
+}
+
+/// The first pose of a track, upright where it lacks orientation.
+fn first_pose(track: &PoseStream) -> Pose {
+    (0..track.len()).find_map(|i| track.pose(i)).unwrap_or_else(|| {
+        let position = track.position.iter().find(|p| p.coords.iter().all(|x| x.is_finite()));
+        Pose(nalgebra::Isometry3::translation(
+            position.map_or(0.0, |p| p.x),
+            position.map_or(0.0, |p| p.y),
+            position.map_or(0.0, |p| p.z),
+        ))
+    })
+}
+
+/// The meshes of all links that have one.
+pub fn link_meshes(model: &Model) -> Vec<(String, crate::stages::shape::Mesh)> {
+    let of = |l: &Link| Some((l.name.clone(), model.meshes.get(l.mesh.as_ref()?)?.clone()));
+    model.twin.links().filter_map(|(_, l)| of(l)).collect()
+}
+
+/// Writes the planes of reflection of a link.
+pub fn set_symmetry(model: &mut Model, link: &str, planes: Vec<SymmetryPlane>) {
+    if let Some(link) = model.twin.link_mut(link) {
+        link.symmetry = planes;
+    }
+}
+
+/// Makes one body of the links that joints hold together; it carries the name of its root.
+pub fn join(model: &mut Model, found: Articulation) {
+    for name in found.world_links {
+        if model.twin.link(&name).is_none() {
+            model.twin.bodies.push(Body::rigid(Link::new(name, Pose::identity())));
+        }
+    }
+    for joint in found.joints {
+        merge(&mut model.twin, joint);
+    }
+}
+
+fn merge(twin: &mut Twin, joint: Joint) {
+    let find = |twin: &Twin, link: &str| twin.bodies.iter().position(|b| b.links.iter().any(|l| l.name == link));
+    let (Some(parent), Some(child)) = (find(twin, &joint.parent), find(twin, &joint.child)) else {
+        return;
+    };
+    if parent == child {
+        return;
+    }
+    let moved = twin.bodies.remove(child);
+    let parent = if child < parent { parent - 1 } else { parent };
+    let body = &mut twin.bodies[parent];
+    body.links.extend(moved.links);
+    body.joints.push(joint);
+    body.joints.extend(moved.joints);
+}
+
+/// Things that the relations pass found held fast to each other move as one tree: a fixed joint.
+pub fn weld(model: &mut Model) {
+    let fixed: Vec<Relation> = model
+        .twin
+        .relations
+        .iter()
+        .filter(|r| r.kind == RelationKind::Fixed && r.breakaway.is_none())
+        .cloned()
+        .collect();
+    for relation in fixed {
+        let Some(child) = model.twin.link(&relation.b) else {
+            continue;
+        };
+        let origin = child.pose.translation.vector.into();
+        merge(
+            &mut model.twin,
+            Joint {
+                name: format!("{}_{}", relation.a, relation.b),
+                kind: JointKind::Fixed,
+                parent: relation.a.clone(),
+                child: relation.b.clone(),
+                probability: relation.probability,
+                alternatives: Vec::<JointAlternative>::new(),
+                axis: Estimate::known([0.0, 0.0, 1.0], None, "1"),
+                origin: Estimate::known(origin, None, "m"),
+                pitch: None,
+                limits: None,
+                travelled: None,
+                position: None,
+                friction: None,
+                damping: None,
+                stiffness: None,
+                rest: None,
+            },
+        );
+    }
+}
+
+/// Writes down how the twin was made and what was doubted on the way.
+pub fn record(model: &mut Model, capture: &Capture, options: &Options, laps: &[(&'static str, f64)], notices: Notices) {
+    let provenance = &mut model.twin.provenance;
+    provenance.version = env!("CARGO_PKG_VERSION").into();
+    provenance.capture_digest = capture.digest.clone();
+    provenance.seconds = laps
+        .iter()
+        .map(|(pass, seconds)| ((*pass).into(), options.timings.then_some(*seconds)))
+        .collect();
+    model.twin.notices = notices.0;
+}

@@ -1,0 +1,181 @@
+//! Whether two things are held to each other at all: a low-dimensional relative motion alone proves nothing,
+//! since a box that was pushed once along a line has it against everything that stood still.
+//!
+//! What counts as proof: the thing that was not touched came along although mere contact cannot have shoved it
+//! (transmission); one and the same hinge axis under pushes in different directions or at different places
+//! (persistence); a low-dimensional motion of a thing that stands on nothing (suspension).
+
+use nalgebra::Vector3;
+
+use super::fit::Fit;
+use super::pair::Pair;
+use crate::capture::{Capture, Interaction, Kind, PoseStream};
+use crate::geometry::Mesh;
+use crate::twin::JointKind;
+
+/// Where the two stand at the first view.
+pub struct Placement {
+    /// Surfaces in the world, where they are known.
+    pub parent_mesh: Option<Mesh>,
+    /// Surfaces in the world, where they are known.
+    pub child_mesh: Option<Mesh>,
+    /// Middle of the parent, m, world.
+    pub parent_centre: Vector3<f64>,
+    /// Middle of the child, m, world.
+    pub child_centre: Vector3<f64>,
+    /// A typical size of the pair, m.
+    pub size: f64,
+    /// Away from the table, world.
+    pub up: Vector3<f64>,
+    /// Height of the table along `up`, where there is one.
+    pub table: Option<f64>,
+}
+
+/// What proves that the two are held to each other.
+#[derive(Clone, Debug, Default)]
+pub struct Coupling {
+    /// The interactions that prove it.
+    pub by: Vec<String>,
+    /// In words, for the notices.
+    pub why: Vec<&'static str>,
+}
+
+impl Coupling {
+    /// True where anything proves it.
+    pub fn proven(&self) -> bool {
+        !self.why.is_empty()
+    }
+
+    fn add(&mut self, by: &str, why: &'static str) {
+        self.by.push(by.into());
+        if !self.why.contains(&why) {
+            self.why.push(why);
+        }
+    }
+}
+
+impl Placement {
+    fn heights(&self, mesh: Option<&Mesh>) -> Option<(f64, f64)> {
+        let heights = mesh?.vertices.iter().map(|v| self.up.dot(&v.coords));
+        Some(heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x))))
+    }
+
+    /// True where one lies on top of the other, so that friction carries it along in a push.
+    pub fn stacked(&self) -> bool {
+        let apart = self.child_centre - self.parent_centre;
+        let height = self.up.dot(&apart);
+        let level = (apart - self.up * height).norm();
+        match (
+            self.heights(self.parent_mesh.as_ref()),
+            self.heights(self.child_mesh.as_ref()),
+        ) {
+            (Some(p), Some(c)) => (c.0 - p.1).abs().min((p.0 - c.1).abs()) < 0.006,
+            _ => height.abs() > 0.01 && level < 2.0 * height.abs(),
+        }
+    }
+
+    /// True where the child does not stand on the table.
+    fn off_table(&self) -> bool {
+        match (self.table, self.heights(self.child_mesh.as_ref())) {
+            (None, _) => true,
+            (Some(table), Some((low, _))) => low > table + 0.008,
+            (Some(_), None) => false,
+        }
+    }
+}
+
+/// Looks for proof that the two are held by the joint that `fit` describes.
+pub fn coupling(capture: &Capture, pair: &Pair, fit: &Fit, placement: &Placement) -> Coupling {
+    let mut found = Coupling::default();
+    for run in &pair.runs {
+        if transmitted(capture, pair, run, fit, placement) {
+            found.add(&run.name, "the one that was not touched came along");
+        }
+    }
+    if fit.manifold.kind == JointKind::Revolute {
+        persistent_axis(pair, &mut found);
+    }
+    if placement.off_table() && !placement.stacked() {
+        found.add(&pair.runs[0].name, "it stands on nothing and keeps to its path");
+    }
+    found
+}
+
+/// Displacement from the first rows of a track to its farthest, averaged over blocks, where it is beyond noise.
+fn displacement(capture: &Capture, name: &str, stream: &PoseStream) -> Option<Vector3<f64>> {
+    let block = (stream.len() / 40).clamp(1, 12);
+    let means: Vec<Vector3<f64>> = stream
+        .position
+        .chunks(block)
+        .map(|rows| rows.iter().map(|p| p.coords).sum::<Vector3<f64>>() / rows.len() as f64)
+        .filter(|p| p.x.is_finite())
+        .collect();
+    let first = means.first()?;
+    let farthest = means
+        .iter()
+        .map(|p| p - first)
+        .max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+    let noise = crate::capture::track_noise(capture, name).position / (block as f64).sqrt();
+    (farthest.norm() > (8.0 * noise).max(1.5e-3)).then_some(farthest)
+}
+
+fn transmitted(capture: &Capture, pair: &Pair, run: &Interaction, fit: &Fit, placement: &Placement) -> bool {
+    let Some(target) = run.target.as_deref() else {
+        return false;
+    };
+    let (other, from, to) = if target == pair.child {
+        (&pair.parent, placement.child_centre, placement.parent_centre)
+    } else if target == pair.parent {
+        (&pair.child, placement.parent_centre, placement.child_centre)
+    } else {
+        return false;
+    };
+    let Some(moved) = displacement(capture, other, &run.tracks[other.as_str()]) else {
+        return false;
+    };
+    if placement.stacked() {
+        let beneath = placement.up.dot(&(to - from)) < 0.0;
+        return run.kind == Kind::Lift && beneath;
+    }
+    let apart = to - from;
+    let level = apart - placement.up * placement.up.dot(&apart);
+    let contained = level.norm() < 0.3 * placement.size;
+    let cosine = if contained {
+        0.0
+    } else {
+        moved.normalize().dot(&level.normalize())
+    };
+    if fit.manifold.kind != JointKind::Prismatic || run.kind == Kind::Lift {
+        return cosine < 0.7;
+    }
+    let parent = &run.tracks[pair.parent.as_str()];
+    let turn = parent.rotation.iter().flatten().next();
+    let axis = turn.map_or(fit.manifold.axis.into_inner(), |q| q * fit.manifold.axis.into_inner());
+    let along = moved.normalize().dot(&axis).abs();
+    (along < 0.87 && cosine < 0.7) || cosine < -0.5
+}
+
+/// One axis through everything although the pushes came from different directions or places.
+fn persistent_axis(pair: &Pair, found: &mut Coupling) {
+    let pushes: Vec<(usize, Vector3<f64>, Vector3<f64>)> = (0..pair.runs.len())
+        .filter(|&i| pair.excursion(i).1 > 0.06)
+        .filter_map(|i| {
+            let path = pair.runs[i].tool_path.as_ref()?;
+            let (first, last) = (path.position.first()?, path.position.last()?);
+            let way = path
+                .position
+                .iter()
+                .map(|p| p - first)
+                .max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+            (way.norm() > 1e-3).then_some((i, way.normalize(), last.coords))
+        })
+        .collect();
+    for (k, a) in pushes.iter().enumerate() {
+        for b in &pushes[k + 1..] {
+            if a.1.dot(&b.1) < 0.5 {
+                found.add(&pair.runs[a.0].name, "one axis under pushes in different directions");
+                found.add(&pair.runs[b.0].name, "one axis under pushes in different directions");
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The ends of a joint's travel: found only where the tool went on, or its force rose, while the joint stopped.
+
+use super::pair::Pair;
+use crate::base::Estimate;
+use crate::capture::Interaction;
+
+/// Joint position over time in one interaction.
+pub struct Travel {
+    /// Index into the runs of the pair.
+    pub run: usize,
+    /// Seconds.
+    pub time: Vec<f64>,
+    /// rad or m, 0 at the first view.
+    pub position: Vec<f64>,
+}
+
+/// Lowest and highest position seen.
+pub fn travelled(travels: &[Travel]) -> [f64; 2] {
+    travels
+        .iter()
+        .flat_map(|t| &t.position)
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], q| [l.min(*q), h.max(*q)])
+}
+
+/// The limits, where at least one end was run into. `sd` is the noise of one position; an end that was not
+/// reached is given as far as the joint travelled, with an interval that is open by the whole range.
+pub fn limits(pair: &Pair, travels: &[Travel], sd: f64, unit: &str) -> Option<Estimate<[f64; 2]>> {
+    let [low, high] = travelled(travels);
+    let (at_low, at_high) = (reached(pair, travels, sd, -1.0), reached(pair, travels, sd, 1.0));
+    if at_low.is_none() && at_high.is_none() {
+        return None;
+    }
+    let from: Vec<String> = [&at_low, &at_high]
+        .into_iter()
+        .flatten()
+        .map(|(_, run)| pair.runs[*run].name.clone())
+        .collect();
+    let range = high - low;
+    let end = |found: &Option<(f64, usize)>, seen: f64| found.as_ref().map_or((seen, range), |(q, _)| (*q, 0.6 * sd));
+    let (lower, upper) = (end(&at_low, low), end(&at_high, high));
+    let mut estimate = Estimate::measured([lower.0, upper.0], [lower.1, upper.1], unit, from, "end-stop");
+    if let Some(interval) = estimate.ci95.as_mut() {
+        if at_low.is_none() {
+            interval[0] = [low - range, low];
+        }
+        if at_high.is_none() {
+            interval[1] = [high, high + range];
+        }
+    }
+    Some(estimate)
+}
+
+/// The end in one direction (`sign`), and the run that ran into it.
+fn reached(pair: &Pair, travels: &[Travel], sd: f64, sign: f64) -> Option<(f64, usize)> {
+    let extreme = travels
+        .iter()
+        .flat_map(|t| t.position.iter().map(|q| sign * q))
+        .fold(f64::NEG_INFINITY, f64::max);
+    travels.iter().find_map(|t| {
+        let at_end: Vec<usize> = (0..t.time.len())
+            .filter(|&i| sign * t.position[i] > extreme - 5.0 * sd)
+            .collect();
+        let (first, last) = (*at_end.first()?, *at_end.last()?);
+        let moved = (sign * t.position[0] - extreme).abs() > 20.0 * sd;
+        let long = t.time[last] - t.time[first] > 0.1;
+        (moved && long && pressed(pair.runs[t.run], t.time[0], t.time[first], t.time[last])).then(|| {
+            let mean = at_end.iter().map(|&i| t.position[i]).sum::<f64>() / at_end.len() as f64;
+            (mean, t.run)
+        })
+    })
+}
+
+/// True where the force at the stop is far above the one on the way there.
+fn pressed(run: &Interaction, start: f64, stop: f64, end: f64) -> bool {
+    let Some(force) = &run.force else { return false };
+    let sizes = |from: f64, to: f64| {
+        let mut sizes: Vec<f64> = (0..force.time.len())
+            .filter(|&i| force.time[i] >= from && force.time[i] <= to)
+            .map(|i| force.force[i].norm())
+            .filter(|f| f.is_finite())
+            .collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes
+    };
+    let (before, after) = (sizes(start, stop), sizes(stop, end));
+    let quantile = |v: &[f64], p: f64| v.get((p * v.len() as f64) as usize).copied();
+    match (quantile(&before, 0.9), quantile(&after, 0.8)) {
+        (Some(way), Some(stop)) => stop > 2.5 * way && stop > way + 0.5,
+        _ => false,
+    }
+}

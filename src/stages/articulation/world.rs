@@ -1,0 +1,190 @@
+//! Joints against something that nobody tracked: a handle pulled along a path that its hinge or rail dictates.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::Config;
+use super::coupling::Placement;
+use super::describe::{Anchor, describe};
+use super::infer::{Articulation, world_mesh};
+use super::manifold::Sample;
+use super::pair::{Pair, thinned};
+use super::select::{KINDS, Selection, select};
+use crate::base::Notices;
+use crate::capture::{
+    Capture, Interaction, Kind, PoseStream, RelativePose, TrackNoise, path_of, position_noise, track_noise,
+};
+use crate::twin::{Joint, JointKind, Model};
+
+/// The name of what the things hang on.
+const WORLD: &str = "world";
+/// Shortest path that says anything, m.
+const LEAST_PATH: f64 = 0.01;
+
+/// Adds the joints of things that were pulled while nothing else was tracked and nothing carries them.
+pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, out: &mut Articulation) {
+    if capture.support.is_some() {
+        return;
+    }
+    let targets: BTreeSet<&str> = capture
+        .fitted()
+        .filter(|i| i.kind == Kind::Pull && i.tracks.len() <= 1)
+        .filter_map(|i| i.target.as_deref())
+        .collect();
+    for target in targets {
+        let known = out.joints.iter().any(|j| j.child == target || j.parent == target);
+        let joint = if known {
+            None
+        } else {
+            pulled(capture, model, config, notices, target)
+        };
+        if let Some(joint) = joint {
+            for name in [WORLD, target] {
+                let there = model.twin.link(name).is_some() || out.world_links.iter().any(|l| l == name);
+                if !there {
+                    out.world_links.push(name.into());
+                }
+            }
+            out.joints.push(joint);
+        }
+    }
+}
+
+/// The path of one pull, thinned, with the world as the parent.
+fn samples_of(capture: &Capture, run: &Interaction, target: &str) -> Option<Vec<Sample>> {
+    let path = path_of(run, target)?;
+    let oriented = run.tracks.contains_key(target) || run.tool.as_ref().is_some_and(|t| t.grip);
+    let noise = match run.tracks.contains_key(target) {
+        true => track_noise(capture, target),
+        false => TrackNoise {
+            position: position_noise(&[path]).max(1e-4),
+            rotation: 0.01,
+        },
+    };
+    let samples = thinned(&[rows_of(path, oriented)], (STILL, noise));
+    let first = samples.first()?.position;
+    let far = samples.iter().map(|s| (s.position - first).norm()).fold(0.0, f64::max);
+    (far > LEAST_PATH && samples.len() >= 8).then_some(samples)
+}
+
+/// The world does not move.
+const STILL: TrackNoise = TrackNoise {
+    position: 0.0,
+    rotation: 0.0,
+};
+
+fn rows_of(path: &PoseStream, oriented: bool) -> Vec<RelativePose> {
+    (0..path.len())
+        .filter(|&i| path.position[i].coords.iter().all(|x| x.is_finite()))
+        .map(|i| RelativePose {
+            time: path.time[i],
+            position: path.position[i].coords,
+            rotation: path.rotation[i].filter(|_| oriented),
+        })
+        .collect()
+}
+
+/// Kinds that a path can show: a surface (plane, cylinder, ball) would hold any path.
+const OF_A_PATH: [JointKind; 4] = [
+    JointKind::Fixed,
+    JointKind::Revolute,
+    JointKind::Prismatic,
+    JointKind::Screw,
+];
+
+/// The joint that the pulls of one thing show.
+fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, target: &str) -> Option<Joint> {
+    let mut runs: Vec<(&Interaction, Vec<Sample>, Selection)> = Vec::new();
+    for run in capture.fitted().filter(|i| i.target.as_deref() == Some(target)) {
+        if let Some(samples) = samples_of(capture, run, target) {
+            let selection = select(&samples, &OF_A_PATH, config.world_reach)?;
+            runs.push((run, samples, selection));
+        }
+    }
+    let weights = pooled(&runs.iter().map(|r| &r.2).collect::<Vec<_>>());
+    let (kind, probability) = weights
+        .iter()
+        .max_by(|a, b| a.1.total_cmp(b.1))
+        .map(|(k, p)| (*k, *p))?;
+    if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
+        return None;
+    }
+    let best = runs
+        .iter()
+        .filter(|r| r.2.candidates[0].fit.manifold.kind == kind)
+        .max_by(|a, b| extent(&a.1).total_cmp(&extent(&b.1)))?;
+    if runs.len() > 1 {
+        let agree = runs
+            .iter()
+            .filter(|r| r.2.candidates[0].fit.manifold.kind == kind)
+            .count();
+        let name = &best.0.name;
+        let message = format!(
+            "{agree} of {} pulls show this kind of joint; axis and origin are those of {name}",
+            runs.len()
+        );
+        notices.note("articulation", target, message);
+    }
+    let mut selection = best.2.clone();
+    for candidate in &mut selection.candidates {
+        candidate.probability = weights.get(&candidate.fit.manifold.kind).copied().unwrap_or(0.0);
+    }
+    let pair = Pair {
+        parent: WORLD.into(),
+        child: target.into(),
+        runs: vec![best.0],
+        samples: best.1.clone(),
+    };
+    let (anchor, placement) = surroundings(model, target, &best.1);
+    let mut joint = describe(&pair, &selection, &anchor, &placement, 1.0);
+    for from in [&mut joint.axis.from, &mut joint.origin.from] {
+        *from = runs.iter().map(|r| r.0.name.clone()).collect();
+    }
+    Some(joint)
+}
+
+/// The most that one pull may say against a kind: it may be of another part than its name says.
+const MOST_AGAINST: f64 = 12.0;
+
+/// Probability of each kind over all pulls: evidence adds up. Frames may differ between recordings, so that
+/// each has its own axis.
+fn pooled(selections: &[&Selection]) -> BTreeMap<JointKind, f64> {
+    let mut sums: BTreeMap<JointKind, f64> = BTreeMap::new();
+    for kind in KINDS {
+        for selection in selections {
+            let best = selection.candidates[0].evidence;
+            let found = selection.candidates.iter().find(|c| c.fit.manifold.kind == kind);
+            *sums.entry(kind).or_default() += found.map_or(-MOST_AGAINST, |c| (c.evidence - best).max(-MOST_AGAINST));
+        }
+    }
+    let top = sums.values().copied().fold(f64::NEG_INFINITY, f64::max);
+    let total: f64 = sums.values().map(|s| (s - top).exp()).sum();
+    sums.into_iter().map(|(k, s)| (k, (s - top).exp() / total)).collect()
+}
+
+fn extent(samples: &[Sample]) -> f64 {
+    let first = samples[0].position;
+    samples.iter().map(|s| (s.position - first).norm()).fold(0.0, f64::max)
+}
+
+fn surroundings(model: &Model, target: &str, samples: &[Sample]) -> (Anchor, Placement) {
+    let first = &samples[0];
+    let start = Isometry3::from_parts(first.position.into(), first.rotation.unwrap_or_default());
+    let placement = Placement {
+        parent_mesh: None,
+        child_mesh: world_mesh(model, target, &start),
+        parent_centre: Vector3::zeros(),
+        child_centre: first.position,
+        size: extent(samples),
+        up: Vector3::z(),
+        table: None,
+    };
+    let anchor = Anchor {
+        world_from_parent: Isometry3::identity(),
+        parent_from_child: start,
+        position: 0.0,
+        rotation: 0.0,
+    };
+    (anchor, placement)
+}

@@ -1,0 +1,109 @@
+//! Turns a recorded interaction into the command that was given, without anything of its outcome.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, UnitQuaternion, UnitVector3, Vector3};
+
+use crate::base::Pose;
+use crate::capture::{Capture, Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
+use crate::math::{mean_rotation, median};
+use crate::physics::{Action, Hold, ToolMotion};
+use crate::twin::Model;
+
+/// The support's normal, or straight up.
+pub fn support_normal(capture: &Capture, model: &Model) -> UnitVector3<f64> {
+    let given = model.twin.support.as_ref().map(|s| Vector3::from(s.normal));
+    let up = given
+        .or_else(|| (-capture.gravity).try_normalize(1e-9))
+        .unwrap_or_else(Vector3::z);
+    UnitVector3::new_normalize(up)
+}
+
+/// Seconds at the start in which nothing happens yet.
+pub fn first_rest(interaction: &Interaction, segmented: Option<&Segmented>) -> (f64, f64) {
+    let start = interaction
+        .tracks
+        .values()
+        .filter_map(|t| t.time.first())
+        .fold(f64::INFINITY, |a, b| a.min(*b));
+    let rest = segmented
+        .and_then(|s| s.phases.first())
+        .filter(|p| p.kind == PhaseKind::Rest);
+    rest.map_or((start, start + 0.1), |p| (p.start, p.end))
+}
+
+/// World-from-link before anything happened: the robust mean of the track's samples at rest.
+pub fn rest_pose(track: &PoseStream, rest: (f64, f64)) -> Option<Pose> {
+    let mut rows: Vec<usize> = (0..track.len()).filter(|i| track.time[*i] <= rest.1).collect();
+    if rows.is_empty() || track.is_snapshot_pair() {
+        rows = vec![0];
+    }
+    let axis = |k: usize| median(&rows.iter().map(|i| track.position[*i].coords[k]).collect::<Vec<_>>());
+    let position = Vector3::new(axis(0)?, axis(1)?, axis(2)?);
+    let turns: Vec<UnitQuaternion<f64>> = rows.iter().filter_map(|i| track.rotation[*i]).collect();
+    let rotation = mean_rotation(&turns).unwrap_or_else(UnitQuaternion::identity);
+    Some(Pose(Isometry3::from_parts(position.into(), rotation)))
+}
+
+/// World-from-link of every link at the start of the interaction: as tracked, else carried along with its
+/// body, else as at the first view.
+pub fn start_poses(interaction: &Interaction, rest: (f64, f64), model: &Model) -> BTreeMap<String, Pose> {
+    let tracked: BTreeMap<&str, Pose> = interaction
+        .tracks
+        .iter()
+        .filter_map(|(name, t)| Some((name.as_str(), rest_pose(t, rest)?)))
+        .collect();
+    let mut start = BTreeMap::new();
+    for body in &model.twin.bodies {
+        let moved = body
+            .links
+            .iter()
+            .find_map(|l| Some(*tracked.get(l.name.as_str())? * l.pose.inverse()));
+        for link in &body.links {
+            let carried = moved.unwrap_or_else(Pose::identity) * link.pose;
+            start.insert(
+                link.name.clone(),
+                tracked.get(link.name.as_str()).copied().unwrap_or(carried),
+            );
+        }
+    }
+    start
+}
+
+/// The command of a push, pull, press or lift; nothing where tool or path are missing.
+pub fn action_of(
+    capture: &Capture,
+    interaction: &Interaction,
+    segmented: Option<&Segmented>,
+    model: &Model,
+) -> Option<Action> {
+    let tool = interaction.tool.as_ref()?;
+    let path = interaction.tool_path.as_ref()?;
+    let target = interaction
+        .target
+        .clone()
+        .or_else(|| interaction.tracks.keys().next().cloned())?;
+    let radius = match &tool.shape {
+        ToolShape::Sphere { radius } | ToolShape::Cylinder { radius, .. } => *radius,
+        ToolShape::Box { half } => half.x.min(half.y),
+        ToolShape::Mesh(_) => 0.0,
+    };
+    let hold = match (tool.grip, tool.pin) {
+        (true, _) => Hold::Grip,
+        (_, true) => Hold::Pin,
+        _ => Hold::Push,
+    };
+    let normal = support_normal(capture, model);
+    Some(Action {
+        target,
+        tool: ToolMotion {
+            radius,
+            hold,
+            time: path.time.clone(),
+            position: path.position.clone(),
+        },
+        start: start_poses(interaction, first_rest(interaction, segmented), model),
+        gravity: -capture.gravity.dot(&normal),
+        normal,
+    })
+}

@@ -1,0 +1,133 @@
+//! Errors of predictions by quantity, against what the sensors alone would leave.
+
+use std::collections::BTreeMap;
+
+use super::{Config, Quantity, Trace};
+use crate::twin::{BaseFit, Verdict};
+
+/// Sums over all samples of one quantity.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    count: f64,
+    squared_error: f64,
+    squared_noise: f64,
+    squared_signal: f64,
+}
+
+impl Sums {
+    fn rmse(&self) -> f64 {
+        (self.squared_error / self.count).sqrt()
+    }
+    fn floor(&self) -> f64 {
+        (self.squared_noise / self.count).sqrt()
+    }
+    fn excess(&self) -> f64 {
+        ((self.squared_error - self.squared_noise).max(0.0) / self.count).sqrt()
+    }
+    fn signal(&self) -> f64 {
+        (self.squared_signal / self.count).sqrt()
+    }
+}
+
+/// The pairs (measured, predicted) of a curve that can be compared.
+pub fn pairs(curve: &super::Curve) -> impl Iterator<Item = (f64, f64)> + '_ {
+    let both = curve.measured.iter().copied().zip(curve.predicted.iter().copied());
+    both.filter(|(m, p)| m.is_finite() && p.is_finite())
+}
+
+fn gather<'a>(traces: impl Iterator<Item = &'a Trace>) -> BTreeMap<Quantity, Sums> {
+    let mut all: BTreeMap<Quantity, Sums> = BTreeMap::new();
+    for curve in traces.flat_map(|t| &t.curves) {
+        let reference = curve.measured.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0);
+        for (measured, predicted) in pairs(curve) {
+            let sums = all.entry(curve.quantity).or_default();
+            sums.count += 1.0;
+            sums.squared_error += (measured - predicted).powi(2);
+            sums.squared_noise += curve.noise.unwrap_or(0.0).powi(2);
+            sums.squared_signal += (measured - reference).powi(2);
+        }
+    }
+    all
+}
+
+/// Error, noise floor and unexplained share of held-out interactions; of all where none was held out.
+pub fn base_fit(traces: &[Trace]) -> BaseFit {
+    let held_out: Vec<&Trace> = traces.iter().filter(|t| t.held_out).collect();
+    let sums = if held_out.is_empty() {
+        gather(traces.iter())
+    } else {
+        gather(held_out.iter().copied())
+    };
+    // Each quantity counts by its own signal: newtons and metres cannot be added.
+    let unexplained = sums
+        .values()
+        .filter(|s| s.signal() > 0.0)
+        .map(|s| (s.excess() / s.signal()).powi(2))
+        .fold(0.0, f64::max)
+        .min(1.0);
+    BaseFit {
+        rmse: sums.iter().map(|(q, s)| (q.name().to_owned(), s.rmse())).collect(),
+        noise_floor: sums.iter().map(|(q, s)| (q.name().to_owned(), s.floor())).collect(),
+        unexplained,
+        held_out: held_out.iter().map(|t| t.interaction.clone()).collect(),
+        tests: Vec::new(),
+    }
+}
+
+/// `adequate` where no quantity is missed by more than the noise and the tolerance, else `unknown`:
+/// something is left, and this version gives it no name. Nothing to compare is also `unknown`.
+pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
+    let any_held_out = traces.iter().any(|t| t.held_out && !t.curves.is_empty());
+    let sums = gather(traces.iter().filter(|t| t.held_out || !any_held_out));
+    let fits = |quantity: &Quantity, s: &Sums| {
+        let allowed = match quantity {
+            Quantity::Force | Quantity::Torque => config.tolerance * s.signal(),
+            // A millimetre is what the reconstructed surface itself may be off.
+            Quantity::Position => (config.tolerance * s.signal()).max(1e-3),
+            Quantity::Rotation => (config.tolerance * s.signal()).max(config.rotation_tolerance),
+        };
+        s.excess() <= allowed.max(2.0 * s.floor() / s.count.sqrt())
+    };
+    let adequate = !sums.is_empty() && sums.iter().all(|(q, s)| fits(q, s));
+    if adequate { Verdict::Adequate } else { Verdict::Unknown }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Curve;
+    use super::*;
+
+    fn trace(scale: f64) -> Trace {
+        let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
+        let predicted: Vec<f64> = time.iter().map(|t| if *t > 0.5 { 2.0 } else { 0.0 }).collect();
+        let wiggle = |i: usize| if i.is_multiple_of(2) { 0.02 } else { -0.02 };
+        let measured = predicted
+            .iter()
+            .enumerate()
+            .map(|(i, p)| scale * p + wiggle(i))
+            .collect();
+        let label = "force".into();
+        let curve = Curve {
+            label,
+            quantity: Quantity::Force,
+            time,
+            measured,
+            predicted,
+            noise: Some(0.02),
+        };
+        Trace {
+            interaction: "push".into(),
+            held_out: true,
+            remark: None,
+            curves: vec![curve],
+        }
+    }
+
+    #[test]
+    fn noise_alone_is_adequate_and_a_tenth_too_much_is_not() {
+        assert_eq!(verdict(&[trace(1.0)], &Config::default()), Verdict::Adequate);
+        assert_eq!(verdict(&[trace(1.1)], &Config::default()), Verdict::Unknown);
+        assert!(base_fit(&[trace(1.0)]).unexplained < 1e-6);
+        assert!((base_fit(&[trace(1.1)]).unexplained - 0.0082).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,32 @@
+//! What can be set for the diagnosis pass.
+
+use crate::base::{Error, Result};
+
+/// Settings of the diagnosis pass.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Share of the signal that push-to-push scatter and the closed-form models may miss before a misfit
+    /// counts as one: dry friction itself scatters by 1 to 2 %.
+    pub tolerance: f64,
+    /// Rotation that the same scatter may leave, rad.
+    pub rotation_tolerance: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            tolerance: 0.05,
+            rotation_tolerance: 0.035,
+        }
+    }
+}
+
+impl Config {
+    /// Refuses settings that cannot work.
+    pub fn check(&self) -> Result<()> {
+        if self.tolerance > 0.0 && self.rotation_tolerance > 0.0 {
+            return Ok(());
+        }
+        Err(Error::Usage("diagnosis: the tolerances must be positive".into()))
+    }
+}

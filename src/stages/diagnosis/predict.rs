@@ -1,0 +1,326 @@
+//! Predicts one interaction and lays the prediction beside what was measured.
+
+use nalgebra::{Point3, Vector3};
+
+use super::action::{action_of, first_rest, rest_pose, support_normal};
+use super::slide::slide_curves;
+use super::{Curve, Quantity, Trace};
+use crate::base::Pose;
+use crate::capture::{Capture, Interaction, Kind, Segmented};
+use crate::math::{interpolate, median};
+use crate::physics::{Action, Press, predict_lift, predict_press, predict_tilt};
+use crate::twin::Model;
+
+/// Everything that a prediction of one interaction needs.
+pub struct Scene<'a> {
+    pub capture: &'a Capture,
+    pub interaction: &'a Interaction,
+    pub segmented: Option<&'a Segmented>,
+    pub model: &'a Model,
+}
+
+/// The curves of one interaction, or why there are none.
+pub fn trace_of(capture: &Capture, interaction: &Interaction, segmented: Option<&Segmented>, model: &Model) -> Trace {
+    let scene = Scene {
+        capture,
+        interaction,
+        segmented,
+        model,
+    };
+    let action = action_of(capture, interaction, segmented, model);
+    let outcome = match (interaction.kind, action) {
+        (Kind::Hold, _) => hold(&scene),
+        (Kind::Tilt, _) => tilt(&scene),
+        (Kind::Toss, _) => Err("tosses are not predicted yet".into()),
+        (_, None) => Err("the tool or its path is missing".into()),
+        (Kind::Push | Kind::Pull, Some(action)) => slide_curves(&scene, &action),
+        (Kind::Lift, Some(action)) => lift(&scene, &action),
+        (Kind::Press, Some(action)) => press(&scene, &action),
+    };
+    let (curves, remark) = match outcome {
+        Ok((curves, remark)) => (curves, remark),
+        Err(why) => (Vec::new(), Some(why)),
+    };
+    Trace {
+        interaction: interaction.name.clone(),
+        held_out: interaction.held_out,
+        remark,
+        curves,
+    }
+}
+
+/// Curves with what was fitted anew, or why there are none.
+pub type Outcome = Result<(Vec<Curve>, Option<String>), String>;
+
+/// Times, forces and the noise of one bin.
+type BinnedForce = (Vec<f64>, Vec<Vector3<f64>>, Option<f64>);
+
+impl Scene<'_> {
+    /// The force without its tare, averaged over bins of `bin` seconds, with the noise of a bin.
+    pub fn binned_force(&self, bin: f64) -> Option<BinnedForce> {
+        let stream = self.interaction.force.as_ref()?;
+        let tare = self.segmented.and_then(|s| s.force_tare).unwrap_or_else(Vector3::zeros);
+        let (first, last) = (*stream.time.first()?, *stream.time.last()?);
+        let bins = ((last - first) / bin).floor() as usize + 1;
+        let (mut time, mut force) = (Vec::with_capacity(bins), Vec::with_capacity(bins));
+        let mut largest = 1;
+        for k in 0..bins {
+            let from = stream.time.partition_point(|t| *t < first + k as f64 * bin);
+            let to = stream.time.partition_point(|t| *t < first + (k + 1) as f64 * bin);
+            let rows: Vec<&Vector3<f64>> = stream.force[from..to]
+                .iter()
+                .filter(|f| f.iter().all(|x| x.is_finite()))
+                .collect();
+            largest = largest.max(rows.len());
+            if !rows.is_empty() {
+                time.push(stream.time[from..to].iter().sum::<f64>() / (to - from) as f64);
+                force.push(rows.iter().copied().sum::<Vector3<f64>>() / rows.len() as f64 - tare);
+            }
+        }
+        let noise = self.interaction_noise().map(|n| n / (largest as f64).sqrt());
+        Some((time, force, noise))
+    }
+
+    fn interaction_noise(&self) -> Option<f64> {
+        self.capture
+            .noise
+            .force
+            .or_else(|| self.segmented.and_then(|s| s.force_noise))
+    }
+
+    /// Noise of tracked positions, m.
+    pub fn position_noise(&self) -> Option<f64> {
+        self.capture
+            .noise
+            .position
+            .or_else(|| self.segmented.and_then(|s| s.position_noise))
+    }
+
+    /// Noise of tracked rotations, rad.
+    pub fn rotation_noise(&self) -> Option<f64> {
+        self.capture
+            .noise
+            .rotation
+            .or_else(|| self.segmented.and_then(|s| s.rotation_noise))
+    }
+}
+
+/// Nothing is done: everything stays where it is.
+fn hold(scene: &Scene) -> Outcome {
+    let rest = first_rest(scene.interaction, scene.segmented);
+    let mut curves = Vec::new();
+    for (name, track) in &scene.interaction.tracks {
+        let Some(start) = rest_pose(track, rest) else { continue };
+        let away = |p: &Point3<f64>| p.x - start.translation.vector.x;
+        curves.push(Curve {
+            label: format!("{name}: x"),
+            quantity: Quantity::Position,
+            time: track.time.clone(),
+            measured: track.position.iter().map(away).collect(),
+            predicted: vec![0.0; track.len()],
+            noise: scene.position_noise(),
+        });
+    }
+    if curves.is_empty() {
+        Err("nothing is tracked".into())
+    } else {
+        Ok((curves, None))
+    }
+}
+
+/// The load of everything that is held to the lifted link.
+fn carried(model: &Model, target: &str) -> Option<Vec<(String, f64)>> {
+    let body = model.twin.body_of(target)?;
+    body.links
+        .iter()
+        .map(|l| Some((l.name.clone(), l.mass.as_ref()?.value)))
+        .collect()
+}
+
+fn lift(scene: &Scene, action: &Action) -> Outcome {
+    let loads = carried(scene.model, &action.target).ok_or("the mass of what is lifted is not known")?;
+    let total: f64 = loads.iter().map(|(_, m)| m).sum();
+    let gravity = scene.capture.gravity;
+    let up = support_normal(scene.capture, scene.model);
+    let (time, force, noise) = scene.binned_force(0.01).ok_or("there is no force")?;
+    let height: Vec<f64> = action.tool.position.iter().map(|p| p.coords.dot(&up)).collect();
+    let ground = median(&height[..height.len().div_ceil(10)]).unwrap_or(0.0);
+    let raised: Vec<f64> = time
+        .iter()
+        .map(|t| interpolate(&action.tool.time, &height, *t).unwrap_or(f64::NAN) - ground)
+        .collect();
+    let link = scene
+        .model
+        .twin
+        .link(&action.target)
+        .ok_or("the lifted link is not in the twin")?;
+    let weight = predict_lift(link, &action.start[&action.target], &action.tool.position[0], &gravity).map_or(
+        -gravity * total,
+        |(f, _)| {
+            f * (total
+                / loads
+                    .iter()
+                    .find(|(n, _)| *n == action.target)
+                    .map_or(total, |(_, m)| *m))
+        },
+    );
+    let predicted = raised
+        .iter()
+        .map(|h| if *h > 0.004 { weight.dot(&up) } else { f64::NAN })
+        .collect();
+    let mut curves = vec![Curve {
+        label: "force upwards".into(),
+        quantity: Quantity::Force,
+        time,
+        measured: force.iter().map(|f| f.dot(&up)).collect(),
+        predicted,
+        noise,
+    }];
+    curves.extend(raised_curves(scene, action, &height, ground));
+    Ok((curves, None))
+}
+
+/// What is held to the lifted link rises with the tool, everything else stays.
+fn raised_curves(scene: &Scene, action: &Action, height: &[f64], ground: f64) -> Vec<Curve> {
+    let up = support_normal(scene.capture, scene.model);
+    let rest = first_rest(scene.interaction, scene.segmented);
+    let body = scene.model.twin.body_of(&action.target);
+    let along = |name: &str| body.is_some_and(|b| b.links.iter().any(|l| l.name == name));
+    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
+        let start: Pose = rest_pose(track, rest)?;
+        let from = start.translation.vector.dot(&up);
+        let rise = |t: &f64| interpolate(&action.tool.time, height, *t).map_or(f64::NAN, |h| (h - ground).max(0.0));
+        Some(Curve {
+            label: format!("{name}: upwards"),
+            quantity: Quantity::Position,
+            time: track.time.clone(),
+            measured: track.position.iter().map(|p| p.coords.dot(&up) - from).collect(),
+            predicted: track
+                .time
+                .iter()
+                .map(|t| if along(name) { rise(t) } else { 0.0 })
+                .collect(),
+            noise: scene.position_noise(),
+        })
+    };
+    scene.interaction.tracks.iter().filter_map(of).collect()
+}
+
+fn press(scene: &Scene, action: &Action) -> Outcome {
+    let link = scene
+        .model
+        .twin
+        .link(&action.target)
+        .ok_or("what is pressed is not in the twin")?;
+    let stiffness = link.stiffness.as_ref().ok_or("no stiffness is known")?.value;
+    let damping = link.damping.as_ref().map_or(0.0, |d| d.value);
+    let up = support_normal(scene.capture, scene.model);
+    let (time, force, noise) = scene.binned_force(0.01).ok_or("there is no force")?;
+    let measured: Vec<f64> = force.iter().map(|f| -f.dot(&up)).collect();
+    let down: Vec<f64> = action.tool.position.iter().map(|p| -p.coords.dot(&up)).collect();
+    let tool: Vec<f64> = time
+        .iter()
+        .map(|t| interpolate(&action.tool.time, &down, *t).unwrap_or(f64::NAN))
+        .collect();
+    let tool = average(&tool, 2);
+    let peak = measured.iter().copied().fold(0.0, f64::max);
+    let signals = [Some(tool), body_travel(scene, action, &time)];
+    let best = signals.into_iter().flatten().filter_map(|travel| {
+        // Where the surface begins is new in every press: the median over the loaded samples.
+        let contacts: Vec<f64> = (0..time.len())
+            .filter(|i| measured[*i] > 0.3 * peak)
+            .map(|i| travel[i] - measured[i] / stiffness)
+            .collect();
+        let spot = Press {
+            stiffness,
+            damping,
+            contact: median(&contacts)?,
+        };
+        let predicted = predict_press(&spot, &time, &travel);
+        let error: f64 = predicted
+            .iter()
+            .zip(&measured)
+            .map(|(p, m)| (p - m).powi(2))
+            .filter(|e| e.is_finite())
+            .sum();
+        Some((error, predicted))
+    });
+    let (_, predicted) = best
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .ok_or("the tool never pressed")?;
+    let label = "force into the support".into();
+    let curve = Curve {
+        label,
+        quantity: Quantity::Force,
+        time,
+        measured,
+        predicted,
+        noise,
+    };
+    Ok((
+        vec![curve],
+        Some("the height of first contact is fitted anew for each press".into()),
+    ))
+}
+
+/// How far the pressed body itself went down: for things whose tracked top is what gives way.
+fn body_travel(scene: &Scene, action: &Action, time: &[f64]) -> Option<Vec<f64>> {
+    let track = scene.interaction.tracks.get(&action.target)?;
+    let up = support_normal(scene.capture, scene.model);
+    let down: Vec<f64> = track.position.iter().map(|p| -p.coords.dot(&up)).collect();
+    let at = |t: &f64| interpolate(&track.time, &down, *t).unwrap_or(f64::NAN);
+    Some(average(&time.iter().map(at).collect::<Vec<_>>(), 4))
+}
+
+/// Moving average over `half` samples on either side.
+fn average(x: &[f64], half: usize) -> Vec<f64> {
+    let window = |i: usize| &x[i.saturating_sub(half)..(i + half + 1).min(x.len())];
+    (0..x.len())
+        .map(|i| window(i).iter().sum::<f64>() / window(i).len() as f64)
+        .collect()
+}
+
+fn tilt(scene: &Scene) -> Outcome {
+    let target = scene
+        .interaction
+        .target
+        .as_ref()
+        .or_else(|| scene.interaction.tracks.keys().next());
+    let target = target.ok_or("nothing is tracked")?;
+    let link = scene.model.twin.link(target).ok_or("what slides is not in the twin")?;
+    let (Some(holds), Some(slides)) = (&link.friction.static_, &link.friction.kinetic) else {
+        return Err("friction is not known".into());
+    };
+    let track = scene
+        .interaction
+        .tracks
+        .get(target)
+        .ok_or("the target is not tracked")?;
+    let turned = super::slope::slope(scene, track).ok_or("the support's path is missing")?;
+    let onset_free = (-20..=20).map(|k| holds.value + 0.005 * f64::from(k));
+    let gravity = scene.capture.gravity.norm();
+    let best = onset_free.map(|mu| {
+        let out = predict_tilt(&track.time, &turned.angle, mu, slides.value, gravity);
+        let error: f64 = out
+            .slid
+            .iter()
+            .zip(&turned.slid)
+            .map(|(p, m)| (p - m).powi(2))
+            .filter(|e| e.is_finite())
+            .sum();
+        (error, out.slid)
+    });
+    let (_, predicted) = best.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or("nothing slid")?;
+    let curve = Curve {
+        label: format!("{target}: down the slope"),
+        quantity: Quantity::Position,
+        time: track.time.clone(),
+        measured: turned.slid,
+        predicted,
+        noise: scene.position_noise(),
+    };
+    Ok((
+        vec![curve],
+        Some("the moment at which it lets go is fitted anew for each tilt".into()),
+    ))
+}

@@ -1,0 +1,197 @@
+//! Stacks that rest, stacks that are glued, stacks that nobody tried: boxes with surfaces on a table.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::{Config, relate};
+use crate::base::{Notices, Pose, Seed, rng_for};
+use crate::capture::{Capture, Interaction, Kind, Noise, PoseStream, Support, WrenchStream};
+use crate::geometry::solids::cuboid;
+use crate::twin::{Body, Link, Model, Provenance, Relation, RelationKind, Twin};
+
+const LOW: Vector3<f64> = Vector3::new(0.0, 0.0, 0.02);
+const TOP: Vector3<f64> = Vector3::new(0.005, 0.0, 0.056);
+
+fn track(start: Vector3<f64>, shift: Vector3<f64>, rng: &mut impl Rng) -> PoseStream {
+    let mut draw = |sd: f64| Vector3::from_fn(|_, _| -> f64 { StandardNormal.sample(rng) }) * sd;
+    let mut out = PoseStream::default();
+    for i in 0..200 {
+        let share = ((i as f64 - 50.0) / 100.0).clamp(0.0, 1.0);
+        out.time.push(i as f64 * 0.01);
+        out.position.push(Point3::from(start + shift * share + draw(4e-4)));
+        out.rotation.push(Some(UnitQuaternion::from_scaled_axis(draw(4e-3))));
+    }
+    out
+}
+
+/// One interaction: its kind, what it touches, how far the lower and the upper box go.
+type Trial<'a> = (Kind, &'a str, [f64; 3], [f64; 3]);
+
+fn scene(trials: &[Trial]) -> Capture {
+    let mut rng = rng_for(Seed(5), "stack");
+    let interactions = trials
+        .iter()
+        .enumerate()
+        .map(|(k, (kind, target, low, top))| Interaction {
+            name: format!("trial-{k}"),
+            kind: *kind,
+            action: None,
+            tool_name: None,
+            tool: None,
+            target: Some((*target).into()),
+            force: None,
+            tool_path: None,
+            support_path: None,
+            tracks: BTreeMap::from([
+                ("low".to_owned(), track(LOW, Vector3::from(*low), &mut rng)),
+                ("top".to_owned(), track(TOP, Vector3::from(*top), &mut rng)),
+            ]),
+            frames: None,
+            held_out: false,
+        });
+    Capture {
+        root: Default::default(),
+        name: "stack".into(),
+        gravity: Vector3::new(0.0, 0.0, -9.8),
+        support: Some(Support {
+            point: Point3::origin(),
+            normal: UnitVector3::new_normalize(Vector3::z()),
+            material: None,
+            friction: None,
+        }),
+        cameras: Vec::new(),
+        views: Vec::new(),
+        bodies: Vec::new(),
+        noise: Noise::default(),
+        interactions: interactions.collect(),
+        truth: None,
+        digest: String::new(),
+    }
+}
+
+fn model(shift_of_top: [f64; 3]) -> Model {
+    let mut meshes = BTreeMap::new();
+    let things = [
+        ("low", LOW, [0.08, 0.08, 0.04]),
+        ("top", TOP + Vector3::from(shift_of_top), [0.05, 0.05, 0.03]),
+    ];
+    let bodies = things.map(|(name, at, size)| {
+        let mut link = Link::new(name, Pose(Isometry3::translation(at.x, at.y, at.z)));
+        let path = format!("meshes/{name}.obj");
+        meshes.insert(path.clone(), cuboid(size));
+        link.mesh = Some(path);
+        Body::rigid(link)
+    });
+    Model {
+        twin: Twin {
+            format: "palpate-twin/1".into(),
+            name: "stack".into(),
+            gravity: [0.0, 0.0, -9.8],
+            support: None,
+            bodies: bodies.into(),
+            relations: Vec::new(),
+            provenance: Provenance::default(),
+            notices: Vec::new(),
+        },
+        meshes,
+    }
+}
+
+fn arcs(capture: &Capture) -> Vec<Relation> {
+    relate(
+        capture,
+        &[],
+        &model([0.0; 3]),
+        &Config::default(),
+        &mut Notices::default(),
+    )
+    .expect("related")
+}
+
+fn between(arcs: &[Relation]) -> &Relation {
+    arcs.iter().find(|r| r.a == "low" && r.b == "top").expect("an arc")
+}
+
+#[test]
+fn only_what_was_tried_is_called_fixed_or_resting() {
+    const UP: [f64; 3] = [0.0, 0.0, 0.08];
+    const AWAY: [f64; 3] = [0.0, 0.05, 0.0];
+    const STILL: [f64; 3] = [0.0; 3];
+    const SLIP: [f64; 3] = [0.0, 0.046, 0.0];
+    let table: [(&str, &[Trial], RelationKind); 7] = [
+        ("lifted off", &[(Kind::Lift, "top", STILL, UP)], RelationKind::Resting),
+        (
+            "came along in a lift",
+            &[(Kind::Lift, "top", UP, UP)],
+            RelationKind::Fixed,
+        ),
+        (
+            "carried by friction",
+            &[(Kind::Push, "low", AWAY, AWAY)],
+            RelationKind::Unknown,
+        ),
+        (
+            "slipped a little",
+            &[(Kind::Push, "low", AWAY, SLIP)],
+            RelationKind::Resting,
+        ),
+        ("pushed off", &[(Kind::Push, "top", STILL, AWAY)], RelationKind::Resting),
+        ("pressed", &[(Kind::Press, "top", STILL, STILL)], RelationKind::Unknown),
+        (
+            "carried, then lifted off",
+            &[(Kind::Push, "top", AWAY, AWAY), (Kind::Lift, "top", STILL, UP)],
+            RelationKind::Resting,
+        ),
+    ];
+    for (name, trials, kind) in table {
+        let arcs = arcs(&scene(trials));
+        let arc = between(&arcs);
+        assert_eq!(arc.kind, kind, "{name}");
+        let freedom = if kind == RelationKind::Fixed { 0 } else { 3 };
+        assert_eq!((arc.rotation_dof, arc.translation_dof), (freedom, freedom), "{name}");
+        assert_eq!(
+            arc.probability > 0.95,
+            kind != RelationKind::Unknown,
+            "{name}: {}",
+            arc.probability
+        );
+    }
+}
+
+#[test]
+fn the_lower_of_a_stack_stands_on_the_table_and_the_upper_does_not() {
+    let arcs = arcs(&scene(&[(Kind::Push, "low", [0.05, 0.0, 0.0], [0.05, 0.0, 0.0])]));
+    let standing: Vec<&str> = arcs.iter().filter(|r| r.a == "support").map(|r| r.b.as_str()).collect();
+    assert_eq!(standing, ["low"]);
+}
+
+#[test]
+fn things_apart_have_no_arc() {
+    let capture = scene(&[(Kind::Push, "low", [0.0; 3], [0.0; 3])]);
+    let apart = model([0.2, 0.0, 0.0]);
+    let arcs = relate(&capture, &[], &apart, &Config::default(), &mut Notices::default()).expect("related");
+    assert!(arcs.iter().all(|r| r.a == "support"));
+}
+
+#[test]
+fn glue_that_gave_way_says_at_which_pull() {
+    let mut capture = scene(&[(Kind::Lift, "top", [0.0; 3], [0.0, 0.0, 0.08])]);
+    let time: Vec<f64> = (0..1000).map(|i| i as f64 * 0.002).collect();
+    let pull = |t: f64| match t {
+        t if t < 0.3 => 0.0,
+        t if t < 0.5 => 8.0 * (t - 0.3) / 0.2,
+        _ => 1.5,
+    };
+    capture.interactions[0].force = Some(WrenchStream {
+        force: time.iter().map(|t| Vector3::new(0.0, 0.0, pull(*t))).collect(),
+        time,
+        torque: None,
+    });
+    let arcs = arcs(&capture);
+    assert_eq!(between(&arcs).kind, RelationKind::Fixed);
+    let breakaway = between(&arcs).breakaway.clone().expect("a force");
+    assert!((breakaway.value - 6.5).abs() < 0.3, "{}", breakaway.value);
+}

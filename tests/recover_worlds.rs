@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 use palpate::base::{Estimate, Notices, Pose, Status};
 use palpate::capture::{Capture, read_capture};
 use palpate::geometry::Mesh;

@@ -204,13 +204,8 @@ mod tests {
         })
         .expect("fits");
         assert!(fit.converged);
-        for i in 0..2 {
-            assert!(
-                (fit.x[i] - truth[i]).abs() < 3.0 * fit.sd(i),
-                "{} {}",
-                fit.x[i],
-                fit.sd(i)
-            );
+        for (i, truth) in truth.iter().enumerate() {
+            assert!((fit.x[i] - truth).abs() < 3.0 * fit.sd(i), "{} {}", fit.x[i], fit.sd(i));
         }
     }
 }

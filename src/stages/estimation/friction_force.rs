@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::Config;
 use super::facts::Facts;
 use super::pool::pooled;
-use super::push::{Push, Surface, SurfacePrior, fit_surface};
+use super::push::Push;
 use super::resolve::STAGE;
+use super::surface::{Surface, SurfacePrior, fit_surface};
 use crate::base::{Estimate, Notices};
 use crate::math::bayesian_linear;
 

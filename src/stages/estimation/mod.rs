@@ -16,6 +16,7 @@ mod push;
 mod resolve;
 mod share;
 mod solid;
+mod surface;
 mod tilt;
 
 pub use calibrate::calibrate_friction;

@@ -1,15 +1,10 @@
-//! Sliding friction from pushes and pulls: blocks of wrench and motion, and the limit surface fitted to them.
-//!
-//! Law: the support's friction on a sliding body is `P (v, c² ω) / sqrt(v² + c² ω²)` at the friction centre
-//! (the centre of mass), the ellipsoidal limit surface of Lee and Cutkosky (1991), with `P = mu N` and the
-//! torsional radius `c`; N follows the vertical part of the tool's force.
+//! Blocks of wrench and motion from pushes and pulls, and the force at which a body broke away.
 
-use nalgebra::{DVector, Vector2, Vector3};
+use nalgebra::{Point3, Vector2, Vector3};
 
 use super::Config;
-use super::evidence::{bridge_snapshots, mean_wrench, motion_at, tare_of, tool_at};
+use super::evidence::{MeanWrench, MotionState, bridge_snapshots, mean_wrench, motion_at, tare_of, tool_at};
 use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
-use crate::math::{Fit, Loss, Settings, correlated_mean, levenberg_marquardt};
 
 /// Wrench and motion of the pushed link averaged over a block of time, in the plane of the support.
 #[derive(Clone, Copy, Debug)]
@@ -116,45 +111,21 @@ pub(super) fn read_push(
     let mut blocks = Vec::new();
     let mut t = start + 0.5 * config.block;
     while t + 0.5 * config.block <= end {
-        let wrench = mean_wrench(stream, t - 0.5 * config.block, t + 0.5 * config.block, &tare);
+        let (from, to) = (t - 0.5 * config.block, t + 0.5 * config.block);
+        let wrench = mean_wrench(stream, from, to, &tare);
         let motion = motion_at(track, t, config.smoothing);
         if let (Some(w), Some(m), Some(p)) = (wrench, motion, tool_at(tool, t)) {
-            let along = w.force.try_normalize(1e-9).unwrap_or_default();
-            // Without torque the line of action is taken through the tool's surface along the force.
-            let arm = p + along * reach(interaction, &along) - m.pose.translation.vector;
-            let moment = match w.torque {
-                Some(torque) => torque + (p.coords - m.pose.translation.vector).cross(&w.force),
-                None => arm.coords.cross(&w.force),
-            };
-            let axes = m.pose.rotation.to_rotation_matrix().into_inner();
-            // Where the body jerks, the force dips while it sticks and is `mu N` while it slides: the median of a
-            // block lies nearer to the friction force than its mean.
-            let plateau = if bridged {
-                1.0
+            let mut block = block_of(interaction, plane, &w, &m, &p, noise);
+            if bridged {
+                block.acceleration = Vector2::zeros();
             } else {
-                steadiness(
-                    interaction,
-                    segmented,
-                    plane,
-                    t - 0.5 * config.block,
-                    t + 0.5 * config.block,
-                )
-                .0
-            };
-            blocks.push(Block {
-                force: plateau * plane.flat(&w.force),
-                lift: w.force.dot(&plane.normal),
-                moment: plateau * moment.dot(&plane.normal),
-                velocity: plane.flat(&m.velocity),
-                spin: m.spin.dot(&plane.normal),
-                acceleration: if bridged {
-                    Vector2::zeros()
-                } else {
-                    plane.flat(&m.acceleration)
-                },
-                axes: nalgebra::Matrix2x3::from_rows(&[plane.x.transpose() * axes, plane.y.transpose() * axes]),
-                velocity_sd: noise * m.velocity_gain,
-            });
+                // Where the body jerks, the force dips while it sticks and is `mu N` while it slides: the median of
+                // a block lies nearer to the friction force than its mean.
+                let plateau = steadiness(interaction, segmented, plane, from, to).0;
+                block.force *= plateau;
+                block.moment *= plateau;
+            }
+            blocks.push(block);
         }
         t += config.block;
     }
@@ -172,6 +143,36 @@ pub(super) fn read_push(
         chatter,
         breakaway: breakaway(interaction, segmented, plane, track),
     })
+}
+
+/// Wrench about the link's origin and motion, in the plane of the support.
+fn block_of(
+    interaction: &Interaction,
+    plane: &Plane,
+    wrench: &MeanWrench,
+    motion: &MotionState,
+    tool: &Point3<f64>,
+    noise: f64,
+) -> Block {
+    let force = wrench.force;
+    let along = force.try_normalize(1e-9).unwrap_or_default();
+    let arm = tool.coords - motion.pose.translation.vector;
+    // Without torque the line of action is taken through the tool's surface along the force.
+    let moment = match wrench.torque {
+        Some(torque) => torque + arm.cross(&force),
+        None => (arm + along * reach(interaction, &along)).cross(&force),
+    };
+    let axes = motion.pose.rotation.to_rotation_matrix().into_inner();
+    Block {
+        force: plane.flat(&force),
+        lift: force.dot(&plane.normal),
+        moment: moment.dot(&plane.normal),
+        velocity: plane.flat(&motion.velocity),
+        spin: motion.spin.dot(&plane.normal),
+        acceleration: plane.flat(&motion.acceleration),
+        axes: nalgebra::Matrix2x3::from_rows(&[plane.x.transpose() * axes, plane.y.transpose() * axes]),
+        velocity_sd: noise * motion.velocity_gain,
+    }
 }
 
 /// Span over which force is averaged before jerking is looked for, s.
@@ -251,153 +252,5 @@ fn breakaway(
     let rate = peak / (stick.end - stick.start);
     let overshoot = (peak / 3.0 * rate * step.norm() / 0.1).sqrt();
     // The largest of several noisy means lies about one standard deviation too high.
-    (overshoot < 0.25 * peak).then(|| (peak - noise, noise + 0.02 * peak + 0.5 * overshoot))
-}
-
-/// The limit surface of one link, fitted to all of its pushes.
-#[derive(Clone, Debug)]
-pub(super) struct Surface {
-    /// Centre of friction in the link frame, in the plane through the shape's centroid, m, and its sd.
-    pub centre: [f64; 3],
-    pub centre_sd: [f64; 3],
-    /// Torsional radius, m, and its standard deviation.
-    pub radius: (f64, f64),
-    /// Friction force per push, N, referred to the bare weight, with its own standard deviation.
-    pub forces: Vec<(f64, f64)>,
-    /// How much the mean of `forces` moves when the radius moves by its standard deviation, N.
-    pub radius_effect: f64,
-}
-
-/// What is assumed of a link before its pushes are fitted.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SurfacePrior {
-    /// Centroid of the shape, link frame, and how far the friction centre may be from it, m.
-    pub centre: Vector3<f64>,
-    pub centre_sd: Vector3<f64>,
-    /// Torsional radius, m, and standard deviation of its logarithm.
-    pub radius: f64,
-    pub radius_log_sd: f64,
-    /// Weight on the support, N, for the part of the load that the tool adds or takes.
-    pub weight: f64,
-    /// Mass, kg, for the part of the force that accelerates it.
-    pub mass: f64,
-}
-
-/// Motion at the friction centre: velocity, its generalised speed, and the share by which the load is changed.
-fn at_centre(block: &Block, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> (Vector2<f64>, f64, f64) {
-    let arm = block.axes * centre;
-    let v = block.velocity + block.spin * Vector2::new(-arm.y, arm.x);
-    let speed = (v.norm_squared() + (radius * block.spin).powi(2)).sqrt();
-    let load = (1.0 - block.lift / prior.weight).clamp(0.3, 3.0);
-    (v, speed.max(1e-9), load)
-}
-
-/// Friction force of one push by its power balance at a given centre and radius: work of the tool less the
-/// change of kinetic energy, over the generalised path.
-fn force_by_power(push: &Push, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> Option<(f64, f64)> {
-    let (mut ratios, mut work, mut path) = (Vec::new(), 0.0, 0.0);
-    for block in &push.blocks {
-        let (v, speed, load) = at_centre(block, centre, radius, prior);
-        if speed < 4.0 * block.velocity_sd || speed < 5e-4 {
-            continue;
-        }
-        let arm = block.axes * centre;
-        let moment = block.moment - (arm.x * block.force.y - arm.y * block.force.x);
-        let power = (block.force - prior.mass * block.acceleration).dot(&v) + moment * block.spin;
-        // Noise in the velocity lengthens the path; its expectation is taken off.
-        let honest = (speed * speed - block.velocity_sd.powi(2))
-            .max(0.25 * speed * speed)
-            .sqrt();
-        ratios.push(power / (load * honest));
-        work += power;
-        path += load * honest;
-    }
-    let scatter = correlated_mean(&ratios)?;
-    let own = if ratios.len() < 4 {
-        0.03 * (work / path).abs()
-    } else {
-        scatter.sd
-    };
-    (work > 0.0).then(|| (work / path, own))
-}
-
-/// Fits friction centre and torsional radius to all pushes of a link, then the force of each push.
-pub(super) fn fit_surface(pushes: &[Push], prior: &SurfacePrior) -> Option<Surface> {
-    let guess = crate::math::median(
-        &pushes
-            .iter()
-            .filter_map(|p| force_by_power(p, &prior.centre, prior.radius, prior))
-            .map(|f| f.0)
-            .collect::<Vec<_>>(),
-    )?;
-    let fit = fit_shape(pushes, prior, guess)?;
-    let centre = Vector3::new(fit.x[1], fit.x[2], fit.x[3]);
-    let radius = fit.x[4].exp();
-    let blocks: usize = pushes.iter().map(|p| p.blocks.len()).sum();
-    // Blocks of one push share its errors: count pushes, not blocks.
-    let inflate = (fit.cost * 2.0 / (3 * blocks) as f64).max(1.0).sqrt() * (blocks as f64 / pushes.len() as f64).sqrt();
-    let sd = |i: usize, most: f64| (fit.sd(i) * inflate).min(most);
-    let radius_log_sd = sd(4, prior.radius_log_sd).hypot(0.02);
-    let forces: Vec<(f64, f64)> = pushes
-        .iter()
-        .map(|p| force_by_power(p, &centre, radius, prior).unwrap_or((f64::NAN, f64::NAN)))
-        .collect();
-    let mean_at = |radius: f64| {
-        let f: Vec<f64> = pushes
-            .iter()
-            .filter_map(|p| force_by_power(p, &centre, radius, prior))
-            .map(|f| f.0)
-            .collect();
-        f.iter().sum::<f64>() / f.len().max(1) as f64
-    };
-    Some(Surface {
-        centre: [centre.x, centre.y, centre.z],
-        centre_sd: [0, 1, 2].map(|k| sd(k + 1, prior.centre_sd[k]).hypot(2e-4)),
-        radius: (radius, radius * radius_log_sd),
-        radius_effect: 0.5 * (mean_at(radius * radius_log_sd.exp()) - mean_at(radius * (-radius_log_sd).exp())).abs(),
-        forces,
-    })
-}
-
-/// Joint least squares over all blocks: log force, friction centre, log radius.
-fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
-    let residuals = |x: &DVector<f64>| {
-        let (force, centre, radius) = (x[0].exp(), Vector3::new(x[1], x[2], x[3]), x[4].exp());
-        let mut out = Vec::new();
-        for push in pushes {
-            // A bridged path is right only on the average.
-            let trust = if push.bridged { 0.2 } else { 0.05 };
-            for block in &push.blocks {
-                let (v, speed, load) = at_centre(block, &centre, radius, prior);
-                let direction_sd = trust + block.velocity_sd / speed;
-                let arm = block.axes * centre;
-                let moment = block.moment - (arm.x * block.force.y - arm.y * block.force.x);
-                let predicted = force * load / speed * v + prior.mass * block.acceleration;
-                let turning = force * load * radius * radius * block.spin / speed;
-                let difference = (block.force - predicted) / (direction_sd * guess);
-                out.extend([
-                    difference.x,
-                    difference.y,
-                    (moment - turning) / (direction_sd * guess * prior.radius),
-                ]);
-            }
-        }
-        out.push((x[0] - guess.ln()) / 1.0);
-        out.extend((0..3).map(|k| (x[k + 1] - prior.centre[k]) / prior.centre_sd[k]));
-        out.push((x[4] - prior.radius.ln()) / prior.radius_log_sd);
-        DVector::from_vec(out)
-    };
-    let start = DVector::from_vec(vec![
-        guess.ln(),
-        prior.centre.x,
-        prior.centre.y,
-        prior.centre.z,
-        prior.radius.ln(),
-    ]);
-    let steps = DVector::from_vec(vec![1e-5, 1e-6, 1e-6, 1e-6, 1e-4]);
-    let settings = Settings {
-        loss: Loss::Huber(2.0),
-        ..Settings::default()
-    };
-    levenberg_marquardt(&start, &steps, settings, residuals)
+    (overshoot < 0.25 * peak).then_some((peak - noise, noise + 0.02 * peak + 0.5 * overshoot))
 }

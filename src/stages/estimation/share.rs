@@ -8,8 +8,9 @@ use super::facts::{Facts, Ground};
 use super::friction_force::sliding_from;
 use super::lift::Weighing;
 use super::pool::relative_sd;
-use super::push::{Push, SurfacePrior};
+use super::push::Push;
 use super::resolve::{Before, STAGE};
+use super::surface::SurfacePrior;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::twin::{Link, Twin};
 

@@ -1,3 +1,7 @@
-//! The `palpate` binary.
+//! The `palpate` binary; see `palpate --help`.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    palpate::cli::run()
+}

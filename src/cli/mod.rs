@@ -1,1 +1,17 @@
 //! The command line: parse, call, print.
+
+mod arguments;
+mod calibrate;
+mod check;
+mod demo;
+mod inspect;
+mod output;
+mod reconstruct;
+mod run;
+mod schema;
+mod score;
+mod synth;
+mod view;
+
+pub use arguments::{Arguments, Command};
+pub use run::run;

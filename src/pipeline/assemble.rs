@@ -6,7 +6,7 @@ use super::Options;
 use crate::base::{Estimate, Notices, Pose};
 use crate::capture::{Capture, PoseStream};
 use crate::stages::articulation::Articulation;
-use crate::stages::shape::Shapes;
+use crate::stages::shape::{Shapes, Silhouette};
 use crate::twin::{
     Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SupportPlane,
     SymmetryPlane, Twin,
@@ -26,8 +26,9 @@ fn file_stem(name: &str) -> String {
 }
 
 /// One rigid body for every thing that was seen, tracked or known, with its meshes.
-pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
+pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> (Model, Vec<(String, Vec<u8>)>) {
     let mut meshes = BTreeMap::new();
+    let mut pictures = Vec::new();
     let mut bodies = Vec::new();
     for object in shapes.objects {
         let stem = file_stem(&object.name);
@@ -41,6 +42,13 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
             let path = format!("meshes/{stem}.collision-{k}.obj");
             meshes.insert(path.clone(), part);
             link.collision.push(path);
+        }
+        for (view, picture) in &object.silhouettes {
+            if let Some(png) = png(picture) {
+                let path = format!("views/{stem}.{view}.png");
+                link.principal_views.push(path.clone());
+                pictures.push((path, png));
+            }
         }
         bodies.push(Body::rigid(link));
     }
@@ -61,7 +69,16 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
         },
         notices: Vec::new(),
     };
-    Model { twin, meshes }
+    (Model { twin, meshes }, pictures)
+}
+
+/// A silhouette as an 8-bit grey PNG.
+fn png(picture: &Silhouette) -> Option<Vec<u8>> {
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let image = image::GrayImage::from_raw(width, height, picture.mask.clone())?;
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut bytes, image::ImageFormat::Png).ok()?;
+    Some(bytes.into_inner())
 }
 
 fn given_support(capture: &Capture) -> Option<SupportPlane> {

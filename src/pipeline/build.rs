@@ -18,6 +18,8 @@ pub struct Run {
     pub traces: Vec<Trace>,
     /// The interactions cut into phases.
     pub segmented: Vec<Segmented>,
+    /// Silhouettes of the principal views, path in the twin's folder and PNG.
+    pub pictures: Vec<(String, Vec<u8>)>,
     /// Wall seconds of each pass.
     pub seconds: Vec<(&'static str, f64)>,
 }
@@ -27,12 +29,12 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     let mut notices = Notices::default();
     let mut clock = PassClock::new(progress);
 
-    let shapes = if options.runs(Pass::Shape) {
-        shape::reconstruct(capture, &options.shape, &mut notices)?
-    } else {
-        shape::Shapes::default()
-    };
-    let mut model = assemble::model(capture, shapes, options);
+    let mut shapes = shape::Shapes::default();
+    if options.runs(Pass::Shape) {
+        shapes = shape::reconstruct(capture, &options.shape, &mut notices)?;
+        shape::furnish(&mut shapes, &options.shape, &mut notices);
+    }
+    let (mut model, pictures) = assemble::model(capture, shapes, options);
     clock.lap("shape");
 
     if options.runs(Pass::Symmetry) {
@@ -75,6 +77,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         diagnosis,
         traces,
         segmented,
+        pictures,
         seconds: clock.laps,
     })
 }

@@ -2,9 +2,11 @@
 
 mod assemble;
 mod build;
+mod calibrate;
 mod options;
 mod pass;
 
 pub use build::{Run, build};
+pub use calibrate::calibrate_friction;
 pub use options::Options;
 pub use pass::Pass;

@@ -1,1 +1,5 @@
 //! A finished run as one self-contained page; computes no new result.
+
+mod page;
+
+pub use page::render;

@@ -9,6 +9,8 @@ pub struct Config {
     pub voxel: f64,
     /// Truncation of the signed distance, in voxels.
     pub truncation: f64,
+    /// How far simplification may move a surface, in voxels.
+    pub simplification: f64,
 }
 
 impl Default for Config {
@@ -16,6 +18,7 @@ impl Default for Config {
         Self {
             voxel: 0.002,
             truncation: 4.0,
+            simplification: 0.1,
         }
     }
 }
@@ -23,7 +26,7 @@ impl Default for Config {
 impl Config {
     /// Refuses settings that cannot work.
     pub fn check(&self) -> Result<()> {
-        if self.voxel > 0.0 && self.truncation >= 2.0 {
+        if self.voxel > 0.0 && self.truncation >= 2.0 && self.simplification >= 0.0 {
             return Ok(());
         }
         Err(Error::Usage(

@@ -3,6 +3,7 @@
 mod anchor;
 mod config;
 mod discover;
+mod furnish;
 mod fuse;
 mod lens;
 mod range;
@@ -20,6 +21,7 @@ mod volume;
 )]
 mod tests;
 
-pub use crate::geometry::Mesh;
+pub use crate::geometry::{Mesh, Silhouette};
 pub use config::Config;
+pub use furnish::furnish;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};

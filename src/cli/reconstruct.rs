@@ -1,0 +1,162 @@
+//! `palpate reconstruct`: a capture in, a twin's folder out, whole or not at all.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::arguments::Common;
+use super::output;
+use crate::base::{Result, Seed, StagedFolder};
+use crate::capture::{Capture, read_capture};
+use crate::export::export_all;
+use crate::pipeline::{Options, Pass, Run, build};
+use crate::report;
+use crate::twin::{read_twin, write_twin};
+
+/// What was asked for beyond the capture.
+pub struct Request<'a> {
+    pub passes: &'a [String],
+    pub resume: bool,
+    pub voxel: f64,
+    pub timings: bool,
+}
+
+/// Reconstructs and says what came out.
+pub fn reconstruct(common: &Common, capture: &Path, out: &Path, request: &Request) -> Result<ExitCode> {
+    let options = options(common, request)?;
+    let capture = read_capture(capture)?;
+    if request.resume && is_done(out, &capture, &options) {
+        output::say(
+            common,
+            &format!("{}: already made from this capture with these options", out.display()),
+        );
+        return Ok(ExitCode::SUCCESS);
+    }
+    let staged = StagedFolder::create(out, "twin.json")?;
+    let run = run_passes(common, &capture, &options)?;
+    write(&capture, &run, &options, staged)?;
+    output::notices(common, &run.model.twin.notices);
+    output::result(common, &summary(&run, out), &digest(&run, out))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn options(common: &Common, request: &Request) -> Result<Options> {
+    let mut options = Options {
+        seed: Seed(common.seed),
+        timings: request.timings,
+        ..Options::default()
+    };
+    options.shape.voxel = request.voxel;
+    options.shape.check()?;
+    if !request.passes.is_empty() {
+        options.passes = request
+            .passes
+            .iter()
+            .map(|p| Pass::from_name(p))
+            .collect::<Result<_>>()?;
+        options.passes.sort();
+        options.passes.dedup();
+    }
+    Ok(options)
+}
+
+fn is_done(out: &Path, capture: &Capture, options: &Options) -> bool {
+    read_twin(out).is_ok_and(|(model, _)| {
+        let made = &model.twin.provenance;
+        made.capture_digest == capture.digest
+            && made.options == options.record()
+            && made.seed == options.seed.0
+            && made.version == env!("CARGO_PKG_VERSION")
+    })
+}
+
+/// Runs the passes under a progress bar.
+pub fn run_passes(common: &Common, capture: &Capture, options: &Options) -> Result<Run> {
+    let progress = output::progress(common, "reconstructing", 6);
+    let run = build(capture, options, &progress);
+    progress.finish();
+    run
+}
+
+/// Writes the twin, its exports and its report into the staged folder and puts it in its place.
+pub fn write(capture: &Capture, run: &Run, options: &Options, staged: StagedFolder) -> Result<()> {
+    write_twin(&staged, &run.model, &run.diagnosis)?;
+    for (path, bytes) in &run.pictures {
+        staged.write(path, bytes)?;
+    }
+    if options.runs(Pass::Export) {
+        export_all(&run.model, &staged)?;
+    }
+    if options.runs(Pass::Report) {
+        staged.write("report.html", report::render(capture, run)?.as_bytes())?;
+    }
+    staged.commit()
+}
+
+/// A few lines that say what came out.
+pub fn summary(run: &Run, out: &Path) -> String {
+    let twin = &run.model.twin;
+    let mut text = String::new();
+    for (_, link) in twin.links() {
+        let mut known = Vec::new();
+        for (name, estimate) in [
+            ("mass", &link.mass),
+            ("friction force", &link.friction_force.kinetic),
+            ("static friction", &link.friction.static_),
+            ("kinetic friction", &link.friction.kinetic),
+            ("stiffness", &link.stiffness),
+        ] {
+            if let Some(e) = estimate.as_ref().filter(|e| e.is_measured()) {
+                let sd = e.sd.map_or(String::new(), |sd| format!(" ± {sd:.*}", decimals(sd)));
+                known.push(format!(
+                    "{name} {:.*}{sd} {}",
+                    decimals(e.sd.unwrap_or(0.01)),
+                    e.value,
+                    e.unit
+                ));
+            }
+        }
+        let words = if known.is_empty() {
+            "nothing measured but its shape or place".into()
+        } else {
+            known.join(", ")
+        };
+        text += &format!("{}: {words}\n", link.name);
+    }
+    for joint in twin.joints() {
+        text += &format!(
+            "{} -> {}: {:?} joint, p = {:.2}\n",
+            joint.parent, joint.child, joint.kind, joint.probability
+        );
+    }
+    for relation in &twin.relations {
+        text += &format!(
+            "{} | {}: {:?}, p = {:.2}\n",
+            relation.a, relation.b, relation.kind, relation.probability
+        );
+    }
+    text += &format!("diagnosis: {:?}\n", run.diagnosis.verdict);
+    text + &format!("report: {}\n", out.join("report.html").display())
+}
+
+/// Digits after the point that show two figures of a spread.
+fn decimals(sd: f64) -> usize {
+    (1.0 - sd.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize
+}
+
+/// The result for `--json`.
+pub fn digest(run: &Run, out: &Path) -> serde_json::Value {
+    let seconds: serde_json::Map<String, serde_json::Value> = run
+        .seconds
+        .iter()
+        .map(|(pass, s)| ((*pass).to_owned(), json!(s)))
+        .collect();
+    json!({
+        "out": out,
+        "bodies": run.model.twin.bodies.iter().map(|b| &b.name).collect::<Vec<_>>(),
+        "relations": run.model.twin.relations.len(),
+        "verdict": run.diagnosis.verdict,
+        "seconds": seconds,
+    })
+}

@@ -1,0 +1,58 @@
+//! Parses the command line, calls the command, maps errors to exit codes.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use super::arguments::{Arguments, Command};
+use super::{calibrate, check, demo, inspect, output, reconstruct, schema, score, synth, view};
+use crate::base::{Error, Result};
+
+/// Runs the process's command line: 0 done, 1 it could not be done, 2 bad usage or bad input.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    match threads(&arguments).and_then(|()| call(&arguments)) {
+        Ok(code) => code,
+        Err(error) => {
+            output::error(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn threads(arguments: &Arguments) -> Result<()> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.common.threads)
+        .build_global()
+        .map_err(|e| Error::Failed(format!("--threads: {e}")))
+}
+
+fn call(arguments: &Arguments) -> Result<ExitCode> {
+    let common = &arguments.common;
+    match &arguments.command {
+        Command::Demo { out } => demo::demo(common, out),
+        Command::Synth { scene, out, list } => synth::synth(common, scene.as_deref(), out.as_deref(), *list),
+        Command::Reconstruct {
+            capture,
+            out,
+            passes,
+            resume,
+            voxel,
+            timings,
+        } => {
+            let request = reconstruct::Request {
+                passes,
+                resume: *resume,
+                voxel: *voxel,
+                timings: *timings,
+            };
+            reconstruct::reconstruct(common, capture, out, &request)
+        }
+        Command::Inspect { capture } => inspect::inspect(common, capture),
+        Command::Schema { format } => schema::schema(format),
+        Command::Score { twin, truth } => score::score(common, twin, truth),
+        Command::Check { twin } => check::check(common, twin),
+        Command::View { twin, port, no_open } => view::view(common, twin, *port, !no_open),
+        Command::Calibrate { what } => calibrate::calibrate(common, what),
+    }
+}

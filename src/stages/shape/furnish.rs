@@ -1,0 +1,54 @@
+//! What simulators need of a shape: fewer triangles, convex parts, a superquadric.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::{Config, ShapedObject, Shapes};
+use crate::base::Notices;
+use crate::geometry::{DecompositionConfig, convex_parts, is_closed_manifold, silhouette, simplify, superquadric_fit};
+use crate::twin::Superquadric;
+
+/// Name, direction of view and upward direction of the principal views, world axes.
+const PRINCIPAL: [(&str, Vector3<f64>, Vector3<f64>); 3] = [
+    ("front", Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)),
+    ("side", Vector3::new(-1.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0)),
+    ("top", Vector3::new(0.0, 0.0, -1.0), Vector3::new(0.0, 1.0, 0.0)),
+];
+/// Pixels of the longer side of a silhouette.
+const PIXELS: usize = 256;
+
+/// Simplifies every mesh within a fraction of a voxel and adds its convex parts and superquadric.
+pub fn furnish(shapes: &mut Shapes, config: &Config, notices: &mut Notices) {
+    shapes
+        .objects
+        .par_iter_mut()
+        .for_each(|object| furnish_one(object, config));
+    for object in &shapes.objects {
+        if let Err(fault) = is_closed_manifold(&object.mesh) {
+            notices.warn("shape", &object.name, format!("its mesh is not closed: {fault}"));
+        }
+        if object.collision.is_empty() {
+            notices.warn(
+                "shape",
+                &object.name,
+                "no convex parts could be made: it has nothing to touch with",
+            );
+        }
+    }
+}
+
+fn furnish_one(object: &mut ShapedObject, config: &Config) {
+    let fewer = simplify(&object.mesh, config.simplification * config.voxel);
+    if is_closed_manifold(&fewer).is_ok() || is_closed_manifold(&object.mesh).is_err() {
+        object.mesh = fewer;
+    }
+    object.collision = convex_parts(&object.mesh, &DecompositionConfig::default());
+    object.superquadric = superquadric_fit(&object.mesh).map(|fit| Superquadric {
+        size: fit.size,
+        exponents: fit.exponents,
+        pose: fit.pose,
+    });
+    let back = object.world_from_link.rotation.inverse();
+    let views = PRINCIPAL.map(|(name, look, up)| Some((name, silhouette(&object.mesh, back * look, back * up, PIXELS)?)));
+    object.silhouettes = views.into_iter().flatten().collect();
+}

@@ -2,6 +2,8 @@
 
 /// Voxels along one edge of a block.
 pub const BLOCK: i32 = 8;
+/// How much more must have gone through a surface than stopped at it before it is none: views disagree.
+const SEEN_THROUGH: f32 = 2.5;
 const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
 
 /// What has been gathered about one sample of space.
@@ -46,13 +48,13 @@ impl Voxel {
     /// The signed distance where it was observed; a surface that more light went through than stopped at
     /// is not one.
     pub fn observed(&self) -> Option<f64> {
-        let ghost = self.distance < 0.0 && self.free > self.near;
+        let ghost = self.distance < 0.0 && self.free > SEEN_THROUGH * self.near;
         (self.weight > 0.0 && !ghost).then_some(f64::from(self.distance))
     }
 
     /// Whether it was seen to be empty, away from any surface.
     pub fn is_free(&self) -> bool {
-        self.free > 0.0 && (self.weight == 0.0 || (self.distance < 0.0 && self.free > self.near))
+        self.free > 0.0 && (self.weight == 0.0 || (self.distance < 0.0 && self.free > SEEN_THROUGH * self.near))
     }
 }
 
@@ -145,7 +147,7 @@ mod tests {
         let mut voxel = Voxel::default();
         voxel.add_distance(-0.001, 1.0);
         voxel.near = 1.0;
-        voxel.free = 3.0;
+        voxel.free = 5.0;
         assert!(voxel.observed().is_none() && voxel.is_free());
     }
 }

@@ -75,11 +75,14 @@ impl<'a> Range<'a> {
     fn judge(&self, x: i64, y: i64) -> u8 {
         let Some(depth) = self.raw(x, y) else { return 0 };
         let limit = self.step_limit(depth);
-        let friends = (-1..=1)
-            .flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)))
-            .filter(|(dx, dy)| self.raw(x + dx, y + dy).is_some_and(|d| (d - depth).abs() < limit))
-            .count();
-        if friends < 6 {
+        let (mut valid, mut friends) = (0, 0);
+        for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
+            if let Some(there) = self.raw(x + dx, y + dy) {
+                valid += 1;
+                friends += i32::from((there - depth).abs() < limit);
+            }
+        }
+        if friends < 4 || 3 * friends < 2 * valid {
             return 0;
         }
         match self.slant_at(x, y, depth) {
@@ -146,14 +149,24 @@ impl<'a> Range<'a> {
     pub fn read(&self, u: f64, v: f64) -> Reading {
         let (x, y) = (u as i64, v as i64);
         let (s, t) = (u - x as f64, v - y as f64);
-        let (Some(a), Some(b), Some(c), Some(d)) = (
+        // Images registered to another camera have holes: up to two of four corners may be missing.
+        let corners = [
             self.depth(x, y),
             self.depth(x + 1, y),
             self.depth(x, y + 1),
             self.depth(x + 1, y + 1),
-        ) else {
+        ];
+        let known = corners.iter().flatten().count();
+        let Some(stand_in) = corners
+            .iter()
+            .flatten()
+            .copied()
+            .reduce(f64::min)
+            .filter(|_| known >= 2)
+        else {
             return Reading::None;
         };
+        let [a, b, c, d] = corners.map(|depth| depth.unwrap_or(stand_in));
         let near = a.min(b).min(c).min(d);
         let far = a.max(b).max(c).max(d);
         let steps = self.slant[((v + 0.5) as i64 * self.width + (u + 0.5) as i64) as usize];

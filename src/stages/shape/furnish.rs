@@ -49,6 +49,7 @@ fn furnish_one(object: &mut ShapedObject, config: &Config) {
         pose: fit.pose,
     });
     let back = object.world_from_link.rotation.inverse();
-    let views = PRINCIPAL.map(|(name, look, up)| Some((name, silhouette(&object.mesh, back * look, back * up, PIXELS)?)));
+    let views =
+        PRINCIPAL.map(|(name, look, up)| Some((name, silhouette(&object.mesh, back * look, back * up, PIXELS)?)));
     object.silhouettes = views.into_iter().flatten().collect();
 }

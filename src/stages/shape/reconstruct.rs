@@ -263,7 +263,7 @@ fn place(anchor: Option<Pose>, name: String, mut mesh: Mesh, world_from_field: &
         seen,
         collision: Vec::new(),
         superquadric: None,
-            silhouettes: Vec::new(),
+        silhouettes: Vec::new(),
     }
 }
 

@@ -25,6 +25,17 @@ pub(super) struct Facts {
     pub presses: Vec<Press>,
 }
 
+impl Facts {
+    /// Nothing was found out.
+    pub fn is_empty(&self) -> bool {
+        self.weighings.is_empty()
+            && self.slides.is_empty()
+            && self.pushes.is_empty()
+            && self.shared.is_empty()
+            && self.presses.is_empty()
+    }
+}
+
 /// Where the world is: gravity and the support.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ground {
@@ -82,7 +93,9 @@ pub(super) fn gather(
             continue;
         };
         let entry = facts.entry(link.to_string()).or_default();
-        if !read_one(interaction, cut, link, ground, twin, config, entry) {
+        let read = read_one(interaction, cut, link, ground, twin, config, entry);
+        // A motion without a force was never meant to tell of matter.
+        if !read && (interaction.force.is_some() || interaction.support_path.is_some()) {
             notices.note(
                 "estimation",
                 &interaction.name,

@@ -55,11 +55,13 @@ fn write_link(
     notices: &mut Notices,
 ) {
     let (Some(link), Some(before)) = (model.twin.link_mut(name), befores.get(name)) else {
-        notices.warn(
-            super::resolve::STAGE,
-            name,
-            "it was touched, but the twin has no link of that name",
-        );
+        if !facts.is_empty() {
+            notices.warn(
+                super::resolve::STAGE,
+                name,
+                "it was touched, but the twin has no link of that name",
+            );
+        }
         return;
     };
     conclude(link, facts, before, ground, config, notices);

@@ -9,7 +9,7 @@ use super::Footprint;
 use super::quasistatic::Dissipator;
 use crate::base::Pose;
 use crate::geometry::Mesh;
-use crate::twin::{Body, Joint, JointKind, Link, Model};
+use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind};
 
 /// Where a link rubs on the table.
 #[derive(Clone, Debug)]
@@ -76,7 +76,7 @@ impl Linkage {
             links.push(PlaneLink {
                 name: link.name.clone(),
                 start: pose,
-                foot: foot(link, mesh, &pose),
+                foot: foot(link, mesh, &pose).map(|f| loaded(f, model, link)),
                 outline: mesh.and_then(|m| slice(m, &pose, height)),
                 moved: Isometry2::identity(),
             });
@@ -240,6 +240,53 @@ fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<Foot>
         .or_else(|| under.map(|u| u.mean_distance(&centre)))
         .unwrap_or(0.02);
     Some(Foot { force, radius, centre })
+}
+
+/// What rides on a link presses it down: its friction is that of both.
+fn loaded(foot: Foot, model: &Model, link: &Link) -> Foot {
+    let extra: f64 = riders(model, &link.name)
+        .iter()
+        .filter_map(|name| rider_friction(model, link, name))
+        .sum();
+    Foot {
+        force: foot.force + extra,
+        ..foot
+    }
+}
+
+/// What a rider adds to the friction force of its carrier, N: the carrier's coefficient times its weight.
+fn rider_friction(model: &Model, carrier: &Link, rider: &str) -> Option<f64> {
+    let rider = model.twin.link(rider)?;
+    // Where only the sum of both was measured, the rider's share of it is written with the rider.
+    let shared = rider.friction_force.kinetic.as_ref().filter(|f| f.confounded.is_some());
+    if let Some(share) = shared {
+        return Some(share.value);
+    }
+    let own = carrier.friction_force.kinetic.as_ref()?.value;
+    let ratio = rider.mass.as_ref()?.value / carrier.mass.as_ref()?.value;
+    (ratio.is_finite() && ratio > 0.0).then_some(own * ratio)
+}
+
+/// The links that rest on `link`, and on those in turn.
+pub fn riders(model: &Model, link: &str) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    let mut carriers = vec![link.to_owned()];
+    while let Some(carrier) = carriers.pop() {
+        for relation in &model.twin.relations {
+            let upper = &relation.b;
+            if relation.kind == RelationKind::Resting && relation.a == carrier && !found.contains(upper) {
+                found.push(upper.clone());
+                carriers.push(upper.clone());
+            }
+        }
+    }
+    found
+}
+
+/// The torsional radius of uniform pressure over the underside of a mesh at `pose` (z up), m.
+pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
+    let under = underside(mesh, pose)?;
+    Some(under.mean_distance(&under.area_centroid().1))
 }
 
 /// The hull of what is within 3 mm of the lowest point.

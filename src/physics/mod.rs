@@ -13,7 +13,7 @@ mod tilt;
 pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
-pub use linkage::{Foot, Linkage};
+pub use linkage::{Foot, Linkage, uniform_torsional_radius};
 pub use press::{Press, predict_press};
 pub use push::{PushPrediction, predict_push};
 pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};

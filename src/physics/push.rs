@@ -2,7 +2,9 @@
 
 use nalgebra::{Point2, Vector2, Vector3};
 
+use super::linkage::riders;
 use super::{Action, Contact, Hold, Linkage, Prediction, solve_contact};
+use crate::base::Pose;
 use crate::twin::Model;
 
 /// A prediction with what it rests on.
@@ -27,6 +29,7 @@ pub fn predict_push(model: &Model, action: &Action, gap: f64) -> Option<PushPred
     let height = action.tool.position.first().map(|p| p.coords.dot(&normal))?;
     let mut linkage = Linkage::new(model, body, &action.start, &normal, height)?;
     let target = linkage.index(&action.target)?;
+    let carried = carried(model, action, target, &linkage);
     let path = smooth_path(action, &linkage);
     let hand = Hand::new(action, &linkage, target, &path, gap, friction_of(model, action))?;
     let mut out = PushPrediction::default();
@@ -38,7 +41,27 @@ pub fn predict_push(model: &Model, action: &Action, gap: f64) -> Option<PushPred
         };
         record(&mut out, &linkage, path[i].0, force);
     }
+    carry(&mut out, &action.target, &carried);
     Some(out)
+}
+
+/// What rides on the target, with its pose in the target's frame at the start.
+fn carried(model: &Model, action: &Action, target: usize, linkage: &Linkage) -> Vec<(String, Pose)> {
+    let base = linkage.poses()[target].1;
+    let of = |name: String| Some((name.clone(), base.inverse() * *action.start.get(&name)?));
+    riders(model, &action.target).into_iter().filter_map(of).collect()
+}
+
+/// Riders move with what carries them: slow pushes do not overcome the friction between them.
+fn carry(out: &mut PushPrediction, target: &str, carried: &[(String, Pose)]) {
+    let Some(path) = out.prediction.poses.get(target).cloned() else {
+        return;
+    };
+    for (name, relative) in carried {
+        out.prediction
+            .poses
+            .insert(name.clone(), path.iter().map(|p| *p * *relative).collect());
+    }
 }
 
 fn friction_of(model: &Model, action: &Action) -> f64 {

@@ -35,6 +35,44 @@ pub fn pairs(curve: &super::Curve) -> impl Iterator<Item = (f64, f64)> + '_ {
     both.filter(|(m, p)| m.is_finite() && p.is_finite())
 }
 
+/// Seconds over which forces are averaged before they are judged: a stiff finger chatters on dry friction,
+/// which a quasi-static prediction neither has nor needs.
+const BLOCK: f64 = 0.25;
+
+/// Curves of which forces are averaged over blocks.
+fn smoothed(trace: &Trace) -> Trace {
+    let mut out = trace.clone();
+    for curve in out
+        .curves
+        .iter_mut()
+        .filter(|c| matches!(c.quantity, Quantity::Force | Quantity::Torque))
+    {
+        let blocks = blocks(curve);
+        let size = blocks.iter().map(|b| b.len()).max().unwrap_or(1) as f64;
+        let mean = |values: &[f64], rows: &[usize]| rows.iter().map(|i| values[*i]).sum::<f64>() / rows.len() as f64;
+        let measured = blocks.iter().map(|rows| mean(&curve.measured, rows)).collect();
+        let predicted = blocks.iter().map(|rows| mean(&curve.predicted, rows)).collect();
+        curve.time = blocks.iter().map(|rows| mean(&curve.time, rows)).collect();
+        (curve.measured, curve.predicted) = (measured, predicted);
+        curve.noise = curve.noise.map(|n| n / size.sqrt());
+    }
+    out
+}
+
+/// Rows that can be compared, by blocks of time.
+fn blocks(curve: &super::Curve) -> Vec<Vec<usize>> {
+    let mut blocks: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+    for i in 0..curve.predicted.len() {
+        if curve.measured[i].is_finite() && curve.predicted[i].is_finite() {
+            blocks
+                .entry((curve.time[i] / BLOCK).floor() as i64)
+                .or_default()
+                .push(i);
+        }
+    }
+    blocks.into_values().filter(|rows| rows.len() > 3).collect()
+}
+
 fn gather<'a>(traces: impl Iterator<Item = &'a Trace>) -> BTreeMap<Quantity, Sums> {
     let mut all: BTreeMap<Quantity, Sums> = BTreeMap::new();
     for curve in traces.flat_map(|t| &t.curves) {
@@ -78,7 +116,12 @@ pub fn base_fit(traces: &[Trace]) -> BaseFit {
 /// something is left, and this version gives it no name. Nothing to compare is also `unknown`.
 pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
     let any_held_out = traces.iter().any(|t| t.held_out && !t.curves.is_empty());
-    let sums = gather(traces.iter().filter(|t| t.held_out || !any_held_out));
+    let judged: Vec<Trace> = traces
+        .iter()
+        .filter(|t| t.held_out || !any_held_out)
+        .map(smoothed)
+        .collect();
+    let sums = gather(judged.iter());
     let fits = |quantity: &Quantity, s: &Sums| {
         let allowed = match quantity {
             Quantity::Force | Quantity::Torque => config.tolerance * s.signal(),

@@ -1,6 +1,5 @@
 //! `diagnose`: how far the twin's predictions are from what was measured, against the noise floor.
 
-mod action;
 mod compare;
 mod config;
 mod diagnose;

@@ -2,13 +2,13 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::action::{action_of, first_rest, rest_pose, support_normal};
 use super::slide::slide_curves;
 use super::{Curve, Quantity, Trace};
 use crate::base::Pose;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{interpolate, median};
 use crate::physics::{Action, Press, predict_lift, predict_press, predict_tilt};
+use crate::stages::estimation::{action_of, first_rest, rest_pose, support_normal};
 use crate::twin::Model;
 
 /// Everything that a prediction of one interaction needs.

@@ -2,25 +2,24 @@
 
 use nalgebra::Vector3;
 
-use super::action::{first_rest, rest_pose};
 use super::predict::{Outcome, Scene};
 use super::{Curve, Quantity};
 use crate::base::Pose;
 use crate::capture::PoseStream;
 use crate::math::interpolate;
-use crate::physics::{Action, Hold, Prediction, PushPrediction, predict_push};
+use crate::physics::{Action, Hold, Prediction, PushPrediction};
+use crate::stages::estimation::{first_rest, replay_push, rest_pose, support_normal, travel_direction};
 
-/// The reconstructed surface may be off by this much, m.
-const LARGEST_GAP: f64 = 0.008;
 /// Seconds after first contact in which static friction and presliding rule: the model does not say.
 const SETTLE: f64 = 0.25;
-/// Below this speed the tool stands, and the force of a standing tool is not determined, m/s.
-const STANDING: f64 = 2e-3;
+/// Below this share of its largest speed the tool starts or stops: the force of a standing tool is not
+/// determined, and inertia matters before.
+const STEADY: f64 = 0.7;
 
 /// Force along the motion and the motion of every tracked link.
 pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     let direction = travel_direction(action).ok_or("the tool does not move along the support")?;
-    let (gap, found) = fit_gap(scene, action, &direction)
+    let (gap, found) = replay_push(scene.model, scene.interaction, scene.segmented, action, 0.0, 3)
         .ok_or("friction or shape of what is moved is not known, or its joint is out of the plane")?;
     let mut curves = Vec::new();
     curves.extend(force_curve(scene, action, &found, &direction));
@@ -36,56 +35,15 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     Ok((curves, remark))
 }
 
-/// Unit direction from the first to the farthest point of the tool's way, along the support.
-fn travel_direction(action: &Action) -> Option<Vector3<f64>> {
-    let first = action.tool.position.first()?;
-    let finite = action
-        .tool
-        .position
-        .iter()
-        .filter(|p| p.coords.iter().all(|x| x.is_finite()));
-    let far = finite.max_by(|a, b| (*a - first).norm().total_cmp(&(*b - first).norm()))?;
-    let along = far - first;
-    (along - action.normal.into_inner() * along.dot(&action.normal)).try_normalize(2e-3)
-}
-
-/// The offset between mesh and touched surface that makes the target travel as far as it did.
-fn fit_gap(scene: &Scene, action: &Action, direction: &Vector3<f64>) -> Option<(f64, PushPrediction)> {
-    let mut gap = 0.0;
-    let mut found = predict_push(scene.model, action, gap)?;
-    if action.tool.hold != Hold::Push {
-        return Some((gap, found));
-    }
-    let Some(measured) = travel_of_track(scene, action, direction) else {
-        return Some((gap, found));
-    };
-    for _ in 0..3 {
-        let poses = found.prediction.poses.get(&action.target)?;
-        let predicted = (poses.last()?.translation.vector - poses.first()?.translation.vector).dot(direction);
-        gap = (gap + predicted - measured).clamp(-LARGEST_GAP, LARGEST_GAP);
-        found = predict_push(scene.model, action, gap)?;
-    }
-    Some((gap, found))
-}
-
-fn travel_of_track(scene: &Scene, action: &Action, direction: &Vector3<f64>) -> Option<f64> {
-    let track = scene.interaction.tracks.get(&action.target)?;
-    let start = rest_pose(track, first_rest(scene.interaction, scene.segmented))?;
-    let tail = track.len().saturating_sub(10).max(track.len() / 2)..track.len();
-    let ends: Vec<f64> = tail
-        .map(|i| (track.position[i].coords - start.translation.vector).dot(direction))
-        .collect();
-    crate::math::median(&ends)
-}
-
 fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction: &Vector3<f64>) -> Option<Curve> {
     let (time, force, noise) = scene.binned_force(0.01)?;
     let predicted_along: Vec<f64> = found.prediction.force.iter().map(|f| f.dot(direction)).collect();
     let first_touch = found.contact.first().map_or(f64::INFINITY, |c| c.0);
     let speed = tool_speed(action, &found.prediction.time);
+    let steady_speed = STEADY * speed.iter().copied().fold(0.0, f64::max);
     let at = |t: &f64| {
         let value = interpolate(&found.prediction.time, &predicted_along, *t)?;
-        let steady = *t > first_touch + SETTLE && interpolate(&found.prediction.time, &speed, *t)? > STANDING;
+        let steady = *t > first_touch + SETTLE && interpolate(&found.prediction.time, &speed, *t)? > steady_speed;
         if *t < first_touch - 0.5 * SETTLE {
             Some(0.0)
         } else {
@@ -127,7 +85,7 @@ fn motion_curves(
     let Some(poses) = prediction.poses.get(name) else {
         return Vec::new();
     };
-    let up = super::action::support_normal(scene.capture, scene.model);
+    let up = support_normal(scene.capture, scene.model);
     let across = up.cross(direction);
     let curve = |label: String, quantity, noise, measured: Vec<f64>, predicted: Vec<f64>| {
         let at = |t: &f64| interpolate(&prediction.time, &predicted, *t).unwrap_or(f64::NAN);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::Config;
 use super::body::{fill_inertial, write_centre, write_presses};
 use super::facts::{Facts, Ground, gather, ground_of};
+use super::finger::fit_fingers;
 use super::joint::joint_dynamics;
 use super::materials::material_friction;
 use super::resolve::{Before, conclude};
@@ -42,6 +43,7 @@ pub fn identify(
         }
     }
     joint_dynamics(capture, segmented, model, &ground, config, notices);
+    fit_fingers(capture, segmented, model);
     Ok(())
 }
 

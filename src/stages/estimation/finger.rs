@@ -1,0 +1,228 @@
+//! Friction between tool and body, and the torsional radius, from how a pushed body turns and drifts aside.
+//!
+//! Forces alone say little here; the path says much: a finger that slides along a face lets the body turn
+//! away, one that sticks drags the face along. Both numbers are fitted by replaying all pushes of a body with
+//! the ellipsoidal limit surface (the forward model of the physics room) against the measured motion.
+
+use nalgebra::{DVector, UnitQuaternion};
+
+use super::action::{action_of, first_rest, rest_pose};
+use super::replay::{replay_push, travel_direction};
+use crate::base::{Estimate, Pose};
+use crate::capture::{Capture, Interaction, Kind, Segmented};
+use crate::math::{Loss, Settings, interpolate, levenberg_marquardt};
+use crate::physics::{Action, uniform_torsional_radius};
+use crate::twin::{Link, Model};
+
+/// Prior of the friction between finger and body: median and log-sd.
+const PRIOR_TOOL: (f64, f64) = (0.4, 0.7);
+/// Log-sd of the torsional radius about what the forces or the footprint say.
+const PRIOR_RADIUS: f64 = 0.25;
+/// Where the search for the tool's friction begins.
+const STARTS: [f64; 6] = [0.06, 0.12, 0.2, 0.3, 0.45, 0.8];
+/// What the model may miss of a path, m and rad.
+const MISS: (f64, f64) = (0.0007, 0.008);
+/// Samples of a path that are compared.
+const SAMPLES: usize = 10;
+
+struct Trial<'a> {
+    interaction: &'a Interaction,
+    segmented: Option<&'a Segmented>,
+    action: Action,
+    gap: f64,
+    /// Times, drift across the push (m) and heading (rad) as measured.
+    path: Vec<(f64, f64, f64)>,
+}
+
+/// Writes `friction.tool` and refines `friction.torsional_radius` of every rigid body that was pushed.
+pub fn fit_fingers(capture: &Capture, segmented: &[Segmented], model: &mut Model) {
+    let names: Vec<String> = model
+        .twin
+        .bodies
+        .iter()
+        .filter(|b| b.links.len() == 1)
+        .map(|b| b.name.clone())
+        .collect();
+    for name in names {
+        if let Some((tool, radius)) = fit_body(capture, segmented, model, &name)
+            && let Some(link) = model.twin.link_mut(&name)
+        {
+            link.friction.tool = Some(tool);
+            link.friction.torsional_radius = Some(radius);
+        }
+    }
+}
+
+fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &str) -> Option<(Estimate, Estimate)> {
+    let link = model.twin.link(name)?;
+    link.friction_force.kinetic.as_ref().filter(|f| f.is_measured())?;
+    let small = alone(model, link)?;
+    let trials: Vec<Trial> = capture
+        .fitted()
+        .filter(|i| i.kind == Kind::Push && i.target.as_deref() == Some(name))
+        .filter_map(|i| {
+            trial(
+                capture,
+                i,
+                segmented.iter().find(|s| s.interaction == i.name),
+                &small,
+                name,
+            )
+        })
+        .collect();
+    if trials.is_empty() {
+        return None;
+    }
+    let before = radius_before(&small, link);
+    let prior = DVector::from_vec(vec![PRIOR_TOOL.0.ln(), before.ln()]);
+    let residuals = |x: &DVector<f64>| misfit(&small, name, &trials, x, &prior);
+    let settings = Settings {
+        loss: Loss::Huber(2.0),
+        iterations: 8,
+        tolerance: 1e-3,
+    };
+    // A sticking finger has no slope towards a sliding one: start where the misfit is least.
+    let starts = STARTS.map(|mu| DVector::from_vec(vec![f64::ln(mu), before.ln()]));
+    let start = starts
+        .into_iter()
+        .min_by(|a, b| residuals(a).norm().total_cmp(&residuals(b).norm()))?;
+    let fit = levenberg_marquardt(&start, &DVector::from_element(2, 0.06), settings, residuals)?;
+    // Where only an absurd radius would do, something else bends the path: nothing is learnt of the finger.
+    if (fit.x[1] - prior[1]).abs() > 2.5 * PRIOR_RADIUS {
+        return None;
+    }
+    let scale = (2.0 * fit.cost / fit.residuals.len().max(1) as f64).sqrt().max(1.0);
+    let from: Vec<String> = trials.iter().map(|t| t.interaction.name.clone()).collect();
+    let estimate = |k: usize, prior: f64, typical: f64, unit: &str| {
+        let (value, log_sd) = (fit.x[k].exp(), (fit.sd(k) * scale).min(prior));
+        let interval = [value * (-1.96 * log_sd).exp(), value * (1.96 * log_sd).exp()];
+        // The prior says as much as the data: a finger that never slid bounds its friction from below only.
+        let made = if log_sd < 0.5 * prior || value * log_sd < 0.1 * typical {
+            Estimate::measured(value, value * log_sd, unit, from.clone(), "push-path")
+        } else {
+            Estimate {
+                from: from.clone(),
+                ..Estimate::assumed(value, value * log_sd, unit, "push-path, prior")
+            }
+        };
+        made.with_interval(interval)
+    };
+    Some((
+        estimate(0, PRIOR_TOOL.1, PRIOR_TOOL.0, "1"),
+        estimate(1, PRIOR_RADIUS, before, "m"),
+    ))
+}
+
+/// What the forces said, as far as a footprint can have it: pressure at the centre gives nothing, all of it
+/// at the rim about half more than uniform pressure.
+fn radius_before(model: &Model, link: &Link) -> f64 {
+    let mesh = link.mesh.as_ref().and_then(|m| model.meshes.get(m));
+    let uniform = mesh
+        .and_then(|m| uniform_torsional_radius(m, &link.pose.0))
+        .unwrap_or(0.03);
+    let said = link.friction.torsional_radius.as_ref().map(|r| r.value);
+    said.filter(|r| (0.5 * uniform..1.6 * uniform).contains(r))
+        .unwrap_or(uniform)
+}
+
+/// A model of this one link.
+fn alone(model: &Model, link: &Link) -> Option<Model> {
+    let mut small = Model {
+        twin: model.twin.clone(),
+        meshes: Default::default(),
+    };
+    small.twin.bodies.retain(|b| b.name == link.name);
+    let path = link.mesh.as_ref()?;
+    small.meshes.insert(path.clone(), model.meshes.get(path)?.clone());
+    Some(small)
+}
+
+fn trial<'a>(
+    capture: &Capture,
+    interaction: &'a Interaction,
+    segmented: Option<&'a Segmented>,
+    small: &Model,
+    name: &str,
+) -> Option<Trial<'a>> {
+    let action = action_of(capture, interaction, segmented, small)?;
+    let track = interaction.tracks.get(name).filter(|t| t.len() > 20)?;
+    let start = rest_pose(track, first_rest(interaction, segmented))?;
+    let direction = travel_direction(&action)?;
+    let (gap, found) = replay_push(small, interaction, segmented, &action, 0.0, 3)?;
+    let (first, last) = (found.contact.first()?.0, found.contact.last()?.1);
+    let across = action.normal.cross(&direction);
+    let drift: Vec<f64> = track
+        .position
+        .iter()
+        .map(|p| (p.coords - start.translation.vector).dot(&across))
+        .collect();
+    let turn = |q: &Option<UnitQuaternion<f64>>| {
+        q.map_or(f64::NAN, |q| {
+            (q * start.rotation.inverse()).scaled_axis().dot(&action.normal)
+        })
+    };
+    let heading: Vec<f64> = track.rotation.iter().map(turn).collect();
+    let at = |k: usize| {
+        let t = first + (last - first) * (k + 1) as f64 / SAMPLES as f64;
+        Some((t, near(&track.time, &drift, t)?, near(&track.time, &heading, t)?))
+    };
+    let path = (0..SAMPLES).filter_map(at).collect();
+    Some(Trial {
+        interaction,
+        segmented,
+        action,
+        gap,
+        path,
+    })
+}
+
+/// Mean of the samples within 50 ms.
+fn near(time: &[f64], values: &[f64], t: f64) -> Option<f64> {
+    let rows = (0..time.len()).filter(|i| (time[*i] - t).abs() < 0.05 && values[*i].is_finite());
+    let (sum, count) = rows.fold((0.0, 0.0), |(s, n), i| (s + values[i], n + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
+
+fn misfit(small: &Model, name: &str, trials: &[Trial], x: &DVector<f64>, prior: &DVector<f64>) -> DVector<f64> {
+    let mut model = small.clone();
+    if let Some(link) = model.twin.link_mut(name) {
+        link.friction.tool = Some(Estimate::assumed(x[0].exp(), 0.0, "1", "trial"));
+        link.friction.torsional_radius = Some(Estimate::assumed(x[1].exp(), 0.0, "m", "trial"));
+    }
+    let mut out = vec![(x[0] - prior[0]) / PRIOR_TOOL.1, (x[1] - prior[1]) / PRIOR_RADIUS];
+    for trial in trials {
+        out.extend(path_misfit(&model, name, trial));
+    }
+    DVector::from_vec(out)
+}
+
+/// Drift and heading, predicted less measured, in units of what the model may miss.
+fn path_misfit(model: &Model, name: &str, trial: &Trial) -> Vec<f64> {
+    let replayed = replay_push(model, trial.interaction, trial.segmented, &trial.action, trial.gap, 1);
+    let poses = replayed
+        .as_ref()
+        .and_then(|(_, p)| Some((&p.prediction.time, p.prediction.poses.get(name)?)));
+    let (Some((time, poses)), Some(direction)) = (poses, travel_direction(&trial.action)) else {
+        return vec![0.0; 2 * trial.path.len()];
+    };
+    let across = trial.action.normal.cross(&direction);
+    let start = poses[0];
+    let drift: Vec<f64> = poses
+        .iter()
+        .map(|p| (p.translation.vector - start.translation.vector).dot(&across))
+        .collect();
+    let turn = |p: &Pose| {
+        (p.rotation * start.rotation.inverse())
+            .scaled_axis()
+            .dot(&trial.action.normal)
+    };
+    let heading: Vec<f64> = poses.iter().map(turn).collect();
+    // Samples of one push go wrong together: one push counts as a few, not as many, observations.
+    let shared = (trial.path.len() as f64 / 3.0).max(1.0).sqrt();
+    let compare = |(t, d, h): &(f64, f64, f64)| {
+        let p = interpolate(time, &drift, *t).unwrap_or(*d) - d;
+        let r = interpolate(time, &heading, *t).unwrap_or(*h) - h;
+        [p / (MISS.0 * shared), r / (MISS.1 * shared)]
+    };
+    trial.path.iter().flat_map(compare).collect()
+}

@@ -131,8 +131,8 @@ pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
         // A tare may be off by as much as one averaged reading scatters.
         let allowed = match quantity {
             Quantity::Force | Quantity::Torque => (config.tolerance * s.signal()).max(reading),
-            // A millimetre is what the reconstructed surface itself may be off.
-            Quantity::Position => (config.tolerance * s.signal()).max(1e-3),
+            // The reconstructed surface itself may be off by a millimetre.
+            Quantity::Position => (config.tolerance * s.signal()).max(config.position_tolerance),
             Quantity::Rotation => (config.tolerance * s.signal()).max(config.rotation_tolerance),
         };
         s.excess() <= allowed.max(2.0 * s.floor() / s.count.sqrt())

@@ -159,8 +159,8 @@ fn axis_and_origin(
         turn * Matrix3::from_iterator(in_parent.iter().copied()) * turn.transpose()
     };
     let across = Matrix3::identity() - axis * axis.transpose();
-    let widened = (spread(fit.axis_map()) + across * anchor.rotation.powi(2)) * UNDERSTATED.powi(2)
-        + across * ALIGNMENT.powi(2);
+    let widened =
+        (spread(fit.axis_map()) + across * anchor.rotation.powi(2)) * UNDERSTATED.powi(2) + across * ALIGNMENT.powi(2);
     // Along itself a unit vector errs in second order only: 1 - cos(error).
     let axis_spread = widened + axis * axis.transpose() * widened.trace().powi(2);
     let translational = matches!(

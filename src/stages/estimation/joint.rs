@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
 use super::Config;
 use super::evidence::{mean_wrench, motion_at, tare_of, tool_at};
 use super::facts::{Ground, subject};
+use super::parting::{Parted, part};
 use super::pool::relative_sd;
 use super::push::steadiness;
 use super::resolve::STAGE;
@@ -39,6 +40,8 @@ struct Trial {
 struct Drag {
     value: f64,
     sd: f64,
+    /// The least that it is if the child bears on the support at all (2.5 %).
+    least: f64,
 }
 
 /// Writes friction, damping and spring of every revolute and prismatic joint of the twin.
@@ -66,7 +69,8 @@ pub(super) fn joint_dynamics(
             continue;
         }
         let drag = table_drag(&joint, model, ground);
-        let found = conclude(&trials, drag, &joint, notices);
+        let parted = part(capture, segmented, &joint, model, ground, config);
+        let found = conclude(&trials, drag, parted, &joint, notices);
         for body in &mut model.twin.bodies {
             for target in body
                 .joints
@@ -81,7 +85,13 @@ pub(super) fn joint_dynamics(
 
 type Dynamics = (Option<Estimate>, Option<Estimate>, Option<Estimate>);
 
-fn conclude(trials: &[Trial], drag: Option<Drag>, joint: &Joint, notices: &mut Notices) -> Dynamics {
+fn conclude(
+    trials: &[Trial],
+    drag: Option<Drag>,
+    parted: Option<Parted>,
+    joint: &Joint,
+    notices: &mut Notices,
+) -> Dynamics {
     let from: Vec<String> = trials.iter().map(|t| t.interaction.clone()).collect();
     let revolute = joint.kind == JointKind::Revolute;
     let units = if revolute {
@@ -106,22 +116,47 @@ fn conclude(trials: &[Trial], drag: Option<Drag>, joint: &Joint, notices: &mut N
             experiment: "move the joint at half and at twice the speed".into(),
         });
     }
-    match drag {
-        Some(drag) if drag.value < law.friction.0 => {
-            friction = less_drag(&friction, &drag, joint, units[0], notices);
-        }
-        Some(_) => notices.note(
-            STAGE,
-            &joint.name,
-            "the load is less than the child's friction on the support would be: it is taken to hang free of it",
-        ),
-        None => {}
+    if let (Some(_), Some(parted), JointKind::Revolute) = (&drag, parted, joint.kind) {
+        friction = parted_friction(&parted, units[0]);
+    } else if let Some(drag) = drag.as_ref().filter(|d| d.least > law.friction.0) {
+        let message = format!(
+            "the load is {:.4} {}, less than the child's friction on the support would be ({:.4} or more): it is taken \
+             to hang free of it",
+            law.friction.0, units[0], drag.least
+        );
+        notices.note(STAGE, &joint.name, message);
+    } else if let Some(drag) = drag {
+        friction = less_drag(&friction, &drag, joint, units[0], notices);
     }
     (
         Some(friction),
         law.damping.map(|d| estimate(d, units[1])),
         law.spring.map(|s| estimate(s, units[2])),
     )
+}
+
+/// The joint's own friction where pushes of both links tell it from what the links feel from the support.
+fn parted_friction(parted: &Parted, unit: &str) -> Estimate {
+    let (value, sd) = parted.joint;
+    let sd = sd.hypot(0.05 * value);
+    Estimate::measured(value, sd, unit, parted.from.clone(), "push-balance of both links")
+}
+
+/// Mean of a normal distribution that is cut to `[0, most]`.
+fn mean_within(mean: f64, sd: f64, most: f64) -> f64 {
+    let steps = 200;
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for i in 0..steps {
+        let x = most * (f64::from(i) + 0.5) / f64::from(steps);
+        let w = (-0.5 * ((x - mean) / sd).powi(2)).exp();
+        sum += w * x;
+        weight += w;
+    }
+    if weight > 0.0 {
+        sum / weight
+    } else {
+        mean.clamp(0.0, most)
+    }
 }
 
 /// The joint's own friction where the child also drags over the support: the difference, and only assumed.
@@ -136,11 +171,12 @@ fn less_drag(total: &Estimate, drag: &Drag, joint: &Joint, unit: &str, notices: 
         format!("the child may slide on the support while it moves: only {known} is measured"),
     );
     let sd = (relative_sd(total) * total.value).hypot(drag.sd);
-    let value = (total.value - drag.value).max(0.0);
+    let left = total.value - drag.value;
+    let value = mean_within(left, sd.max(1e-9), total.value);
     let method = "joint-load less table friction by volume";
     // Whether it drags at all, the shapes tell to a few millimetres only: all of the load may be the joint's.
     let mut parted = Estimate::measured(value, sd, unit, total.from.clone(), method)
-        .with_interval([(value - 1.96 * sd).max(0.0), total.value * 1.1]);
+        .with_interval([(left - 1.96 * sd).max(0.0).min(value), total.value * 1.1]);
     parted.status = Status::Assumed;
     parted.confounded = Some(Confounded {
         with: vec![format!("friction_force.kinetic({})", joint.child)],
@@ -386,7 +422,9 @@ fn table_drag(joint: &Joint, model: &Model, ground: &Ground) -> Option<Drag> {
         _ => 1.0,
     };
     let relative = relative_sd(force).hypot(0.15);
+    let least = force.ci95.map_or(0.0, |ci| ci[0]);
     Some(Drag {
+        least: 0.9 * least * arm,
         value: force.value * arm,
         sd: relative * force.value * arm,
     })

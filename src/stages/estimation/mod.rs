@@ -10,6 +10,7 @@ mod identify;
 mod joint;
 mod lift;
 mod materials;
+mod parting;
 mod pool;
 mod press;
 mod push;

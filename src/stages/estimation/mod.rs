@@ -3,6 +3,7 @@
 mod body;
 mod calibrate;
 mod config;
+mod drag;
 mod evidence;
 mod facts;
 mod friction_force;

@@ -109,11 +109,13 @@ fn conclude(
     }
     if let (Some(_), Some(parted), JointKind::Revolute) = (&drag, parted, joint.kind) {
         friction = parted_friction(&parted, units[0]);
-    } else if let Some(drag) = drag.as_ref().filter(|d| d.least > law.friction.0) {
+    } else if let Some(drag) = drag.as_ref().filter(|d| free_of(d, joint.kind) > law.friction.0) {
         let message = format!(
             "the load is {:.4} {}, less than the child's friction on the support would be ({:.4} or more): it is taken \
              to hang free of it",
-            law.friction.0, units[0], drag.least
+            law.friction.0,
+            units[0],
+            free_of(drag, joint.kind)
         );
         notices.note(STAGE, &joint.name, message);
     } else if let Some(drag) = drag {
@@ -124,6 +126,16 @@ fn conclude(
         law.damping.map(|d| estimate(d, units[1])),
         law.spring.map(|s| estimate(s, units[2])),
     )
+}
+
+/// The drag that a load must reach for the child to bear on the support, N or N·m: of a slide, which mostly rides in
+/// its parent, the likely one; of a hinge, whose links mostly stand side by side, the least.
+fn free_of(drag: &Drag, kind: JointKind) -> f64 {
+    if kind == JointKind::Prismatic {
+        drag.value
+    } else {
+        drag.least
+    }
 }
 
 /// `load = friction sign(speed) + damping speed + spring (position - rest)` with what the motion excites.

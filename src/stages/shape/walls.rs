@@ -1,0 +1,133 @@
+//! Where no support is given the scene may be a room: its walls are told from the things in it.
+
+use nalgebra::{Point3, UnitVector3, Vector3};
+
+use super::range::Range;
+use crate::base::{Notices, Seed, rng_for};
+use crate::geometry::{Mesh, Plane, submesh, vertex_normals};
+
+/// Least area, m², and least length both ways, m, of a wall.
+const LEAST_AREA: f64 = 0.0225;
+const LEAST_LENGTH: f64 = 0.15;
+/// Half thickness in which a wall's plane is looked for, and in which its surface is taken away, m.
+const TOLERANCE: f64 = 0.006;
+const THICKNESS: f64 = 0.014;
+/// Largest sine of the angle by which a wall or ceiling is off the plumb or off the level.
+const UPRIGHT: f64 = 0.10;
+/// Least cosine between a wall's normal and that of its surface.
+const ALIGNED: f64 = 0.6;
+/// Most walls, and most planes that are looked at.
+const MOST: usize = 12;
+/// Farthest from a wall at which a named frame makes a thing of it, m.
+const CLAIM: f64 = 0.05;
+
+/// A surface cut into what may be things and the room around them.
+pub struct Room {
+    /// Surface of things, in the field's frame.
+    pub inner: Mesh,
+    /// Walls, and everything behind them.
+    pub outer: Mesh,
+}
+
+/// Takes away the large level and upright planes of a surface above the support (iterated random sample
+/// consensus), and what lies beyond them as seen from the place that the cameras look at. A plane near one of
+/// the frames `named` is a thing.
+pub fn clear_walls(surface: Mesh, ranges: &[Range], named: &[Point3<f64>], notices: &mut Notices) -> Room {
+    let focus = focus(ranges);
+    let normals = vertex_normals(&surface);
+    let areas = vertex_areas(&surface);
+    let mut state: Vec<bool> = vec![true; surface.vertices.len()];
+    let mut rng = rng_for(Seed(0), "walls");
+    let (mut walls, mut off) = (Vec::new(), vec![false; surface.vertices.len()]);
+    for _ in 0..MOST {
+        let left: Vec<usize> = (0..state.len()).filter(|v| state[*v] && !off[*v]).collect();
+        let points: Vec<Point3<f64>> = left
+            .iter()
+            .step_by((left.len() / 8000).max(1))
+            .map(|v| surface.vertices[*v])
+            .collect();
+        let upright = |n: &UnitVector3<f64>| n.z.abs() < UPRIGHT || n.z.abs() > 1.0 - 0.5 * UPRIGHT * UPRIGHT;
+        let Some((plane, _)) = Plane::ransac(&points, TOLERANCE, 400, &mut rng, upright) else {
+            break;
+        };
+        let on = |v: &usize| {
+            plane.height(&surface.vertices[*v]).abs() < THICKNESS && plane.normal.dot(&normals[*v]).abs() > ALIGNED
+        };
+        let lies: Vec<usize> = left.into_iter().filter(on).collect();
+        let is_wall =
+            is_large(&surface, &areas, &lies, &plane) && !named.iter().any(|p| is_claimed(&surface, &lies, &plane, p));
+        for v in lies {
+            off[v] = true;
+            state[v] = !is_wall;
+        }
+        if is_wall {
+            walls.push(facing(&plane, &focus));
+        }
+    }
+    if !walls.is_empty() {
+        let words = format!("{} large planes are walls and not things", walls.len());
+        notices.note("shape", "views", words);
+    }
+    let inside = |p: &Point3<f64>| walls.iter().all(|w| w.height(p) > 0.0);
+    let keep = |v: &u32| state[*v as usize] && inside(&surface.vertices[*v as usize]);
+    Room {
+        inner: submesh(&surface, |t| surface.triangles[t].iter().all(keep)).0,
+        outer: submesh(&surface, |t| !surface.triangles[t].iter().all(keep)).0,
+    }
+}
+
+/// The middle of what the views show at their middles.
+fn focus(ranges: &[Range]) -> Point3<f64> {
+    let mut sum = Vector3::zeros();
+    for range in ranges {
+        let mut depths: Vec<f64> = range.points(8).map(|p| (range.camera_from_field * p).z).collect();
+        depths.sort_by(f64::total_cmp);
+        let depth = depths.get(depths.len() / 2).copied().unwrap_or_default();
+        sum += (range.camera_from_field.inverse() * Point3::new(0.0, 0.0, depth)).coords;
+    }
+    Point3::from(sum / ranges.len().max(1) as f64)
+}
+
+fn facing(plane: &Plane, focus: &Point3<f64>) -> Plane {
+    if plane.height(focus) >= 0.0 {
+        return *plane;
+    }
+    Plane {
+        normal: -plane.normal,
+        offset: -plane.offset,
+    }
+}
+
+/// A third of the area around each vertex, m².
+fn vertex_areas(mesh: &Mesh) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.vertices.len()];
+    for (i, t) in mesh.triangles.iter().enumerate() {
+        let share = mesh.scaled_normal(i).norm() / 6.0;
+        for v in t {
+            areas[*v as usize] += share;
+        }
+    }
+    areas
+}
+
+/// Whether the vertices cover enough of a plane, both in area and along two axes of it.
+fn is_large(mesh: &Mesh, areas: &[f64], on: &[usize], plane: &Plane) -> bool {
+    let area: f64 = on.iter().map(|v| areas[*v]).sum();
+    let level = plane
+        .normal
+        .cross(&Vector3::z())
+        .try_normalize(0.3)
+        .unwrap_or_else(Vector3::x);
+    let across = plane.normal.cross(&level).normalize();
+    area > LEAST_AREA
+        && [level, across].iter().all(|axis| {
+            let mut along: Vec<f64> = on.iter().map(|v| axis.dot(&mesh.vertices[*v].coords)).collect();
+            along.sort_by(f64::total_cmp);
+            let at = |share: f64| along[(share * (along.len() - 1) as f64) as usize];
+            !along.is_empty() && at(0.95) - at(0.05) > LEAST_LENGTH
+        })
+}
+
+fn is_claimed(mesh: &Mesh, on: &[usize], plane: &Plane, frame: &Point3<f64>) -> bool {
+    plane.height(frame).abs() < CLAIM && on.iter().any(|v| (mesh.vertices[*v] - frame).norm() < 2.0 * CLAIM)
+}

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::Config;
@@ -15,7 +15,7 @@ use super::split::{Split, split};
 use super::support::{Ground, find_support};
 use super::surface::open_surface;
 use super::volume::{FOREIGN, Volume};
-use super::walls::{Room, clear_walls};
+use super::walls::clear_walls;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
 use crate::geometry::{Field, Mesh, Silhouette, parse_mesh, simplify, submesh};
@@ -93,8 +93,10 @@ pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) ->
         .support
         .is_none()
         .then(|| scene(&ranges, config, &ground, notices));
+    let up = ground.world_from_field.rotation.inverse() * -capture.gravity.normalize();
+    let room_up = scene.is_some().then_some(up);
     let named = origins(&anchors, &ground.world_from_field.inverse());
-    let (mut things, room) = find_things(&ranges, config, floor, &named, scene.is_some(), notices);
+    let (mut things, room) = find_things(&ranges, config, floor, &named, room_up.as_ref(), notices);
     for name in give_names(&mut things, named) {
         notices.note("shape", &name, "it is tracked, but the views do not show it");
     }
@@ -153,26 +155,31 @@ fn sparse_field(
     field
 }
 
-/// The things, and the surface around them that belongs to none.
+/// The things, and the surface around them that belongs to none; `room_up`, against gravity, where there may
+/// be walls.
 fn find_things(
     ranges: &[Range],
     config: &Config,
     floor: f64,
     named: &[(String, Point3<f64>)],
-    in_a_room: bool,
+    room_up: Option<&Vector3<f64>>,
     notices: &mut Notices,
 ) -> (Vec<Thing>, Mesh) {
     let field = sparse_field(ranges, config, |p| p.z > floor, "views", notices);
     let surface = open_surface(&field);
-    if !in_a_room {
+    let Some(up) = room_up else {
         return (discover(&surface, floor, 1.5 * field.voxel, notices), Mesh::default());
-    }
+    };
     let (above, _) = submesh(&surface, |t| surface.corners(t).iter().all(|p| p.z > floor));
     let frames: Vec<Point3<f64>> = named.iter().map(|(_, p)| *p).collect();
-    let Room { inner, mut outer } = clear_walls(above, ranges, &frames, notices);
-    let things = discover(&inner, floor, 1.5 * field.voxel, notices);
-    let things = standing(things, &frames, &mut outer, notices);
-    (things, outer)
+    let mut room = clear_walls(above, ranges, up, &frames, notices);
+    let pieces = discover(&room.inner, floor, 1.5 * field.voxel, notices);
+    let (remains, pieces): (Vec<Thing>, Vec<Thing>) = pieces.into_iter().partition(|p| room.is_remains(&p.surface));
+    for piece in remains {
+        room.outer.append(&piece.surface);
+    }
+    let things = standing(pieces, &frames, &mut room.outer, notices);
+    (things, room.outer)
 }
 
 /// All that the views show, in the world frame, coarser than the things.

@@ -12,10 +12,14 @@ const LEAST_LENGTH: f64 = 0.15;
 /// Half thickness in which a wall's plane is looked for, and in which its surface is taken away, m.
 const TOLERANCE: f64 = 0.006;
 const THICKNESS: f64 = 0.014;
-/// Largest sine of the angle by which a wall or ceiling is off the plumb or off the level.
-const UPRIGHT: f64 = 0.10;
+/// Triples of points that are tried per plane; few of them are plumb.
+const TRIALS: usize = 3000;
+/// Largest sine of the angle by which a wall is off the plumb.
+const UPRIGHT: f64 = 0.08;
 /// Least cosine between a wall's normal and that of its surface.
 const ALIGNED: f64 = 0.6;
+/// What lies so near to a wall for the most part is left over of it, m.
+const REMAINS: f64 = 0.022;
 /// Most walls, and most planes that are looked at.
 const MOST: usize = 12;
 /// Farthest from a wall at which a named frame makes a thing of it, m.
@@ -27,12 +31,27 @@ pub struct Room {
     pub inner: Mesh,
     /// Walls, and everything behind them.
     pub outer: Mesh,
+    walls: Vec<Plane>,
 }
 
-/// Takes away the large level and upright planes of a surface above the support (iterated random sample
-/// consensus), and what lies beyond them as seen from the place that the cameras look at. A plane near one of
-/// the frames `named` is a thing.
-pub fn clear_walls(surface: Mesh, ranges: &[Range], named: &[Point3<f64>], notices: &mut Notices) -> Room {
+impl Room {
+    /// Whether most of a piece of surface is what is left of a wall.
+    pub fn is_remains(&self, piece: &Mesh) -> bool {
+        let near = |p: &&Point3<f64>| self.walls.iter().any(|w| w.height(p).abs() < REMAINS);
+        piece.vertices.iter().filter(near).count() * 5 > piece.vertices.len() * 4
+    }
+}
+
+/// Takes away the large plumb planes of a surface above the support (iterated random sample consensus; what
+/// leans is no wall, and a ceiling does not stand on the support), and what lies beyond them as seen from the
+/// place that the cameras look at. A plane near one of the frames `named` is a thing. `up` is against gravity.
+pub fn clear_walls(
+    surface: Mesh,
+    ranges: &[Range],
+    up: &Vector3<f64>,
+    named: &[Point3<f64>],
+    notices: &mut Notices,
+) -> Room {
     let focus = focus(ranges);
     let normals = vertex_normals(&surface);
     let areas = vertex_areas(&surface);
@@ -46,16 +65,16 @@ pub fn clear_walls(surface: Mesh, ranges: &[Range], named: &[Point3<f64>], notic
             .step_by((left.len() / 8000).max(1))
             .map(|v| surface.vertices[*v])
             .collect();
-        let upright = |n: &UnitVector3<f64>| n.z.abs() < UPRIGHT || n.z.abs() > 1.0 - 0.5 * UPRIGHT * UPRIGHT;
-        let Some((plane, _)) = Plane::ransac(&points, TOLERANCE, 400, &mut rng, upright) else {
+        let upright = |n: &UnitVector3<f64>| n.dot(up).abs() < UPRIGHT;
+        let Some((plane, _)) = Plane::ransac(&points, TOLERANCE, TRIALS, &mut rng, upright) else {
             break;
         };
         let on = |v: &usize| {
             plane.height(&surface.vertices[*v]).abs() < THICKNESS && plane.normal.dot(&normals[*v]).abs() > ALIGNED
         };
         let lies: Vec<usize> = left.into_iter().filter(on).collect();
-        let is_wall =
-            is_large(&surface, &areas, &lies, &plane) && !named.iter().any(|p| is_claimed(&surface, &lies, &plane, p));
+        let is_wall = is_large(&surface, &areas, &lies, &plane, up)
+            && !named.iter().any(|p| is_claimed(&surface, &lies, &plane, p));
         for v in lies {
             off[v] = true;
             state[v] = !is_wall;
@@ -73,6 +92,7 @@ pub fn clear_walls(surface: Mesh, ranges: &[Range], named: &[Point3<f64>], notic
     Room {
         inner: submesh(&surface, |t| surface.triangles[t].iter().all(keep)).0,
         outer: submesh(&surface, |t| !surface.triangles[t].iter().all(keep)).0,
+        walls,
     }
 }
 
@@ -111,13 +131,9 @@ fn vertex_areas(mesh: &Mesh) -> Vec<f64> {
 }
 
 /// Whether the vertices cover enough of a plane, both in area and along two axes of it.
-fn is_large(mesh: &Mesh, areas: &[f64], on: &[usize], plane: &Plane) -> bool {
+fn is_large(mesh: &Mesh, areas: &[f64], on: &[usize], plane: &Plane, up: &Vector3<f64>) -> bool {
     let area: f64 = on.iter().map(|v| areas[*v]).sum();
-    let level = plane
-        .normal
-        .cross(&Vector3::z())
-        .try_normalize(0.3)
-        .unwrap_or_else(Vector3::x);
+    let level = plane.normal.cross(up).try_normalize(0.3).unwrap_or_else(Vector3::x);
     let across = plane.normal.cross(&level).normalize();
     area > LEAST_AREA
         && [level, across].iter().all(|axis| {

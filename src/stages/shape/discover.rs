@@ -10,7 +10,7 @@ use crate::geometry::{Mesh, UnionFind, number_sets, submesh};
 /// Least seen area of a thing, m².
 const LEAST_AREA: f64 = 3e-4;
 /// Least area of a piece of a room that is a thing of its own, m².
-const LEAST_LARGE: f64 = 6e-3;
+const LEAST_LARGE: f64 = 4e-3;
 /// Highest above the support that the seen surface of a thing begins, m.
 const STANDING: f64 = 0.05;
 /// Farthest that a small piece lies from the thing that it joins, m.

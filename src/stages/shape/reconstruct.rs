@@ -173,7 +173,7 @@ fn find_things(
     let (above, _) = submesh(&surface, |t| surface.corners(t).iter().all(|p| p.z > floor));
     let frames: Vec<Point3<f64>> = named.iter().map(|(_, p)| *p).collect();
     let mut room = clear_walls(above, ranges, up, &frames, notices);
-    let pieces = discover(&room.inner, floor, 1.5 * field.voxel, notices);
+    let pieces = discover(&room.inner, floor, 3.0 * field.voxel, notices);
     let (remains, pieces): (Vec<Thing>, Vec<Thing>) = pieces.into_iter().partition(|p| room.is_remains(&p.surface));
     for piece in remains {
         room.outer.append(&piece.surface);

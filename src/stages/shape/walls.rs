@@ -1,6 +1,7 @@
 //! Where no support is given the scene may be a room: its walls are told from the things in it.
 
 use nalgebra::{Point3, UnitVector3, Vector3};
+use rand::Rng;
 
 use super::range::Range;
 use crate::base::{Notices, Seed, rng_for};
@@ -13,7 +14,9 @@ const LEAST_LENGTH: f64 = 0.15;
 const TOLERANCE: f64 = 0.006;
 const THICKNESS: f64 = 0.014;
 /// Triples of points that are tried per plane; few of them are plumb.
-const TRIALS: usize = 3000;
+const TRIALS: usize = 60_000;
+/// Points on which the planes are tried.
+const SAMPLE: usize = 4000;
 /// Largest sine of the angle by which a wall is off the plumb.
 const UPRIGHT: f64 = 0.08;
 /// Least cosine between a wall's normal and that of its surface.
@@ -60,13 +63,13 @@ pub fn clear_walls(
     let (mut walls, mut off) = (Vec::new(), vec![false; surface.vertices.len()]);
     for _ in 0..MOST {
         let left: Vec<usize> = (0..state.len()).filter(|v| state[*v] && !off[*v]).collect();
-        let points: Vec<Point3<f64>> = left
+        let step = (left.len() / SAMPLE).max(1);
+        let sample: Vec<(Point3<f64>, Vector3<f64>)> = left
             .iter()
-            .step_by((left.len() / 8000).max(1))
-            .map(|v| surface.vertices[*v])
+            .step_by(step)
+            .map(|v| (surface.vertices[*v], normals[*v]))
             .collect();
-        let upright = |n: &UnitVector3<f64>| n.dot(up).abs() < UPRIGHT;
-        let Some((plane, _)) = Plane::ransac(&points, TOLERANCE, TRIALS, &mut rng, upright) else {
+        let Some(plane) = plumb_plane(&sample, up, &mut rng) else {
             break;
         };
         let on = |v: &usize| {
@@ -94,6 +97,32 @@ pub fn clear_walls(
         outer: submesh(&surface, |t| !surface.triangles[t].iter().all(keep)).0,
         walls,
     }
+}
+
+/// The plumb plane that most points lie on and face along, by random sample consensus over triples that agree
+/// with it in their normals, refitted to them.
+fn plumb_plane(sample: &[(Point3<f64>, Vector3<f64>)], up: &Vector3<f64>, rng: &mut impl Rng) -> Option<Plane> {
+    let faces = |plane: &Plane, n: &Vector3<f64>| plane.normal.dot(n).abs() > ALIGNED;
+    let lies =
+        |plane: &Plane, (p, n): &(Point3<f64>, Vector3<f64>)| plane.height(p).abs() < TOLERANCE && faces(plane, n);
+    let mut best: Option<(usize, Plane)> = None;
+    for _ in 0..if sample.len() < 3 { 0 } else { TRIALS } {
+        let [a, b, c] = [0; 3].map(|_| sample[rng.random_range(0..sample.len())]);
+        let Some(normal) = UnitVector3::try_new((b.0 - a.0).cross(&(c.0 - a.0)), 1e-6) else {
+            continue;
+        };
+        let plane = Plane::through(&a.0, normal);
+        if normal.dot(up).abs() > UPRIGHT || ![a, b, c].iter().all(|s| faces(&plane, &s.1)) {
+            continue;
+        }
+        let votes = sample.iter().filter(|s| lies(&plane, s)).count();
+        if best.is_none_or(|(most, _)| votes > most) {
+            best = Some((votes, plane));
+        }
+    }
+    let plane = best?.1;
+    let on: Vec<Point3<f64>> = sample.iter().filter(|s| lies(&plane, s)).map(|s| s.0).collect();
+    Some(plane.refit(&on, TOLERANCE))
 }
 
 /// The middle of what the views show at their middles.

@@ -12,7 +12,7 @@ const LEAST_AREA: f64 = 3e-4;
 /// Least area of a piece of a room that is a thing of its own, m².
 const LEAST_LARGE: f64 = 4e-3;
 /// Highest above the support that the seen surface of a thing begins, m.
-const STANDING: f64 = 0.05;
+const STANDING: f64 = 0.08;
 /// Farthest that a small piece lies from the thing that it joins, m.
 const CRUMB_REACH: f64 = 0.012;
 /// Fewest vertices of a piece of a scene.
@@ -98,7 +98,7 @@ pub fn standing(things: Vec<Thing>, frames: &[Point3<f64>], outer: &mut Mesh, no
     let named = |thing: &Thing| frames.iter().any(|f| distance_to_box(f, thing.bounds()) < PASSED_OVER);
     let (mut kept, rest): (Vec<Thing>, Vec<Thing>) =
         things.into_iter().partition(|t| named(t) || (is_large(t) && stands(t)));
-    let mut dropped = 0;
+    let mut dropped = Vec::new();
     for piece in rest {
         let near = |thing: &Thing| surface_gap(&piece.surface, &thing.surface);
         let host = (0..kept.len())
@@ -109,12 +109,17 @@ pub fn standing(things: Vec<Thing>, frames: &[Point3<f64>], outer: &mut Mesh, no
             Some((_, i)) if !is_large(&piece) => kept[i].surface.append(&piece.surface),
             _ => {
                 outer.append(&piece.surface);
-                dropped += 1;
+                let bottom = piece.bounds().0.z;
+                dropped.push(format!("{:.0} cm² from {bottom:.2} m up", piece.surface.area() * 1e4));
             }
         }
     }
-    if dropped > 0 {
-        let words = format!("{dropped} pieces do not stand on the support or are too small to be things");
+    if !dropped.is_empty() {
+        let words = format!(
+            "{} pieces do not stand on the support or are too small to be things: {}",
+            dropped.len(),
+            dropped.join(", ")
+        );
         notices.note("shape", "views", words);
     }
     kept

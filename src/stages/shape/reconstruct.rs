@@ -176,6 +176,12 @@ fn find_things(
     let pieces = discover(&room.inner, floor, 3.0 * field.voxel, notices);
     let (remains, pieces): (Vec<Thing>, Vec<Thing>) = pieces.into_iter().partition(|p| room.is_remains(&p.surface));
     for piece in remains {
+        let area = piece.surface.area() * 1e4;
+        notices.note(
+            "shape",
+            "views",
+            format!("a piece of {area:.0} cm² is left over of a wall"),
+        );
         room.outer.append(&piece.surface);
     }
     let things = standing(pieces, &frames, &mut room.outer, notices);

@@ -23,8 +23,6 @@ const UPRIGHT: f64 = 0.08;
 const ALIGNED: f64 = 0.6;
 /// What lies so near to a wall for the most part is left over of it, m.
 const REMAINS: f64 = 0.016;
-/// A larger piece is a thing that leans on the wall, m².
-const MOST_REMAINS: f64 = 1e-2;
 /// Most walls, and most planes that are looked at.
 const MOST: usize = 12;
 /// Farthest from a wall at which a named frame makes a thing of it, m.
@@ -43,7 +41,7 @@ impl Room {
     /// Whether most of a piece of surface is what is left of a wall.
     pub fn is_remains(&self, piece: &Mesh) -> bool {
         let near = |p: &&Point3<f64>| self.walls.iter().any(|w| w.height(p).abs() < REMAINS);
-        piece.area() < MOST_REMAINS && piece.vertices.iter().filter(near).count() * 7 > piece.vertices.len() * 6
+        piece.vertices.iter().filter(near).count() * 7 > piece.vertices.len() * 6
     }
 }
 

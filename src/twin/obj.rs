@@ -1,4 +1,5 @@
-//! Wavefront OBJ for the twin's own meshes: triangles, with colours behind the vertices.
+//! Wavefront OBJ for the twin's own meshes: triangles, with colours behind the vertices, in two groups where
+//! not all of the surface was seen: `seen`, and `closed` for what was concluded.
 //!
 //! To be replaced by the reader and writer of `geometry`, once it has one.
 
@@ -9,6 +10,11 @@ use nalgebra::Point3;
 
 use crate::base::{Error, Result};
 use crate::geometry::Mesh;
+
+/// Group of the triangles whose corners were all seen.
+const SEEN: &str = "seen";
+/// Group of the triangles that were closed or mirrored.
+const CLOSED: &str = "closed";
 
 /// The text of `mesh`, nanometres kept.
 pub(super) fn write_obj(mesh: &Mesh) -> String {
@@ -22,15 +28,24 @@ pub(super) fn write_obj(mesh: &Mesh) -> String {
         }
         text.push('\n');
     }
-    for [a, b, c] in &mesh.triangles {
-        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    let flagged = mesh.seen.len() == mesh.vertices.len() && mesh.seen.contains(&false);
+    let is_seen = |t: &[u32; 3]| !flagged || t.iter().all(|v| mesh.seen[*v as usize]);
+    let mut group = None;
+    for t in &mesh.triangles {
+        if flagged && group != Some(is_seen(t)) {
+            group = Some(is_seen(t));
+            let _ = writeln!(text, "g {}", if is_seen(t) { SEEN } else { CLOSED });
+        }
+        let _ = writeln!(text, "f {} {} {}", t[0] + 1, t[1] + 1, t[2] + 1);
     }
     text
 }
 
-/// Reads what [`write_obj`] writes; polygons are cut into fans, texture and normal indices passed over.
+/// Reads what [`write_obj`] writes: a corner of a triangle of the group `closed` that no triangle of another
+/// group uses is unseen. Polygons are cut into fans, texture and normal indices passed over.
 pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
     let mut mesh = Mesh::default();
+    let (mut is_closed, mut closed) = (false, Vec::new());
     for (row, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         let bad = |expected: &str| Error::bad_input(file, format!("row {}", row + 1), line, expected);
@@ -52,19 +67,56 @@ pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
                     .ok_or_else(|| bad("indices of vertices above"))?;
                 for k in 1..corners.len() - 1 {
                     mesh.triangles.push([corners[0], corners[k], corners[k + 1]]);
+                    closed.push(is_closed);
                 }
             }
+            Some("g") => is_closed = words.next() == Some(CLOSED),
             _ => {}
         }
     }
     if mesh.colors.len() != mesh.vertices.len() {
         mesh.colors.clear();
     }
+    if closed.contains(&true) {
+        mesh.seen = seen_vertices(&mesh, &closed);
+    }
     Ok(mesh)
+}
+
+/// A vertex of some seen triangle was seen. A closed triangle all of whose corners were seen cannot be told
+/// from a seen one by its corners: it counts as seen.
+fn seen_vertices(mesh: &Mesh, closed: &[bool]) -> Vec<bool> {
+    let mut seen = vec![false; mesh.vertices.len()];
+    for (t, _) in mesh.triangles.iter().zip(closed).filter(|(_, closed)| !**closed) {
+        for v in t {
+            seen[*v as usize] = true;
+        }
+    }
+    seen
 }
 
 fn corner(word: &str, count: usize) -> Option<u32> {
     let index: i64 = word.split('/').next()?.parse().ok()?;
     let absolute = if index < 0 { count as i64 + index } else { index - 1 };
     u32::try_from(absolute).ok().filter(|i| (*i as usize) < count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_seen_is_read_back() {
+        let mesh = Mesh {
+            vertices: (0..5)
+                .map(|i| Point3::new(f64::from(i), f64::from(i * i), 0.0))
+                .collect(),
+            triangles: vec![[0, 1, 2], [1, 2, 3], [2, 3, 4]],
+            seen: vec![true, true, true, false, false],
+            ..Mesh::default()
+        };
+        let text = write_obj(&mesh);
+        assert!(text.contains("g seen") && text.contains("g closed"), "{text}");
+        assert_eq!(parse_obj(Path::new("a.obj"), &text).expect("a mesh").seen, mesh.seen);
+    }
 }

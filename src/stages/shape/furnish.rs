@@ -14,6 +14,10 @@ const PRINCIPAL: [(&str, Vector3<f64>, Vector3<f64>); 3] = [
     ("side", Vector3::new(-1.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0)),
     ("top", Vector3::new(0.0, 0.0, -1.0), Vector3::new(0.0, 1.0, 0.0)),
 ];
+/// Triangles above which a mesh is simplified further, as far as noisy views allow.
+const MOST_TRIANGLES: usize = 20_000;
+/// How far such simplification may move a surface, voxels.
+const MOST_ERROR: f64 = 0.75;
 /// Pixels of the longer side of a silhouette.
 const PIXELS: usize = 256;
 
@@ -38,7 +42,12 @@ pub fn furnish(shapes: &mut Shapes, config: &Config, notices: &mut Notices) {
 }
 
 fn furnish_one(object: &mut ShapedObject, config: &Config) {
-    let fewer = simplify(&object.mesh, config.simplification * config.voxel);
+    let mut error = config.simplification * config.voxel;
+    let mut fewer = simplify(&object.mesh, error);
+    while fewer.triangles.len() > MOST_TRIANGLES && error < MOST_ERROR * config.voxel {
+        error *= 1.5;
+        fewer = simplify(&fewer, error);
+    }
     if is_closed_manifold(&fewer).is_ok() || is_closed_manifold(&object.mesh).is_err() {
         object.mesh = fewer;
     }

@@ -13,6 +13,7 @@ mod split;
 mod support;
 mod surface;
 mod volume;
+mod walls;
 
 #[cfg(test)]
 #[expect(

@@ -5,7 +5,9 @@ use palpate::base::{Error, Progress, Result};
 use palpate::{capture::read_capture, pipeline};
 
 fn main() -> Result<()> {
-    let folder = std::env::args().nth(1).ok_or_else(|| Error::Usage("name a capture's folder".into()))?;
+    let folder = std::env::args()
+        .nth(1)
+        .ok_or_else(|| Error::Usage("name a capture's folder".into()))?;
     let capture = read_capture(folder.as_ref())?;
     let run = pipeline::build(&capture, &pipeline::Options::default(), &Progress::silent())?;
     for (_, link) in run.model.twin.links() {

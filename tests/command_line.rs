@@ -1,5 +1,9 @@
 //! The command line as a user meets it: exit codes, messages, determinism, odd captures.
-#![allow(clippy::expect_used, clippy::disallowed_macros, reason = "a test says what it found and stops")]
+#![allow(
+    clippy::expect_used,
+    clippy::disallowed_macros,
+    reason = "a test says what it found and stops"
+)]
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,7 +11,10 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn palpate(words: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_palpate")).args(words).output().expect("palpate runs")
+    Command::new(env!("CARGO_BIN_EXE_palpate"))
+        .args(words)
+        .output()
+        .expect("palpate runs")
 }
 
 fn text(path: &Path) -> String {
@@ -24,7 +31,10 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
             if path.is_dir() {
                 open.push(path);
             } else {
-                found.insert(text(path.strip_prefix(folder).expect("below")), fs::read(&path).expect("read"));
+                found.insert(
+                    text(path.strip_prefix(folder).expect("below")),
+                    fs::read(&path).expect("read"),
+                );
             }
         }
     }
@@ -36,13 +46,33 @@ fn same_seed_same_bytes_whatever_the_threads() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let at = |name: &str| dir.path().join(name);
     for (name, threads) in [("c1", "1"), ("c2", "2")] {
-        let made = palpate(&["synth", "lab:tiny", "--out", &text(&at(name)), "--threads", threads, "-q", "--seed", "7"]);
+        let made = palpate(&[
+            "synth",
+            "lab:tiny",
+            "--out",
+            &text(&at(name)),
+            "--threads",
+            threads,
+            "-q",
+            "--seed",
+            "7",
+        ]);
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     }
-    assert!(files(&at("c1")) == files(&at("c2")), "captures differ between one and two threads");
+    assert!(
+        files(&at("c1")) == files(&at("c2")),
+        "captures differ between one and two threads"
+    );
     for (name, threads) in [("t1", "1"), ("t2", "2"), ("t3", "2")] {
-        let made =
-            palpate(&["reconstruct", &text(&at("c1")), "--out", &text(&at(name)), "--threads", threads, "-q"]);
+        let made = palpate(&[
+            "reconstruct",
+            &text(&at("c1")),
+            "--out",
+            &text(&at(name)),
+            "--threads",
+            threads,
+            "-q",
+        ]);
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     }
     let first = files(&at("t1"));
@@ -63,9 +93,15 @@ fn wrong_usage_exits_with_two_and_one_message() {
     let capture = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/tiny/capture");
     let cases: [(&[&str], &str); 6] = [
         (&["reconstrct"], "reconstruct"),
-        (&["reconstruct", capture, "--out", "x", "--pass", "shap"], "did you mean shape"),
+        (
+            &["reconstruct", capture, "--out", "x", "--pass", "shap"],
+            "did you mean shape",
+        ),
         (&["reconstruct", "/nowhere", "--out", "x"], "/nowhere"),
-        (&["reconstruct", capture, "--out", &text(&foreign)], "will not be replaced"),
+        (
+            &["reconstruct", capture, "--out", &text(&foreign)],
+            "will not be replaced",
+        ),
         (&["schema", "twn"], "did you mean twin"),
         (&["synth", "lab:tinny", "--out", "x"], "tiny"),
     ];
@@ -75,15 +111,31 @@ fn wrong_usage_exits_with_two_and_one_message() {
         assert_eq!(out.status.code(), Some(2), "{words:?}: {message}");
         assert!(message.contains(expected), "{words:?}: {message}");
     }
-    assert_eq!(fs::read_to_string(foreign.join("thesis.txt")).expect("kept"), "years of work");
+    assert_eq!(
+        fs::read_to_string(foreign.join("thesis.txt")).expect("kept"),
+        "years of work"
+    );
 }
 
 #[test]
 fn every_command_shows_an_example() {
-    for command in ["demo", "synth", "reconstruct", "inspect", "schema", "score", "check", "view", "calibrate"] {
+    for command in [
+        "demo",
+        "synth",
+        "reconstruct",
+        "inspect",
+        "schema",
+        "score",
+        "check",
+        "view",
+        "calibrate",
+    ] {
         let out = palpate(&[command, "--help"]);
         assert!(out.status.success());
-        assert!(String::from_utf8_lossy(&out.stdout).contains("Example"), "{command} --help has no example");
+        assert!(
+            String::from_utf8_lossy(&out.stdout).contains("Example"),
+            "{command} --help has no example"
+        );
     }
 }
 
@@ -122,8 +174,16 @@ fn captures_without_views_or_without_touches_are_reconstructed() {
         without(key, &capture);
         let twin = dir.path().join("twin");
         let out = palpate(&["reconstruct", &text(&capture), "--out", &text(&twin), "-q"]);
-        assert!(out.status.success(), "without {key}: {}", String::from_utf8_lossy(&out.stderr));
+        assert!(
+            out.status.success(),
+            "without {key}: {}",
+            String::from_utf8_lossy(&out.stderr)
+        );
         let checked = palpate(&["check", &text(&twin)]);
-        assert!(checked.status.success(), "without {key}: {}", String::from_utf8_lossy(&checked.stdout));
+        assert!(
+            checked.status.success(),
+            "without {key}: {}",
+            String::from_utf8_lossy(&checked.stdout)
+        );
     }
 }

@@ -1,7 +1,11 @@
 //! Golden files: a small synthetic capture in the repository, its outputs compared number by number.
 //!
 //! `PALPATE_BLESS=1 cargo test --release --test golden` writes the outputs anew; read the diff before you commit it.
-#![allow(clippy::expect_used, clippy::disallowed_macros, reason = "a test says what it found and stops")]
+#![allow(
+    clippy::expect_used,
+    clippy::disallowed_macros,
+    reason = "a test says what it found and stops"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,7 +29,10 @@ fn same(place: &str, a: &Value, b: &Value) {
         }
         (Value::Array(x), Value::Array(y)) => {
             assert_eq!(x.len(), y.len(), "{place}: another length");
-            x.iter().zip(y).enumerate().for_each(|(i, (x, y))| same(&format!("{place}[{i}]"), x, y));
+            x.iter()
+                .zip(y)
+                .enumerate()
+                .for_each(|(i, (x, y))| same(&format!("{place}[{i}]"), x, y));
         }
         (Value::Object(x), Value::Object(y)) => {
             let keys = |o: &serde_json::Map<String, Value>| o.keys().cloned().collect::<Vec<_>>();
@@ -38,8 +45,12 @@ fn same(place: &str, a: &Value, b: &Value) {
 
 /// A text as a list of its words, numbers apart from the rest.
 fn words(text: &str) -> Value {
-    let pieces = text.split(|c: char| c.is_whitespace() || "\"<>=".contains(c)).filter(|w| !w.is_empty());
-    pieces.map(|w| w.parse::<f64>().map_or_else(|_| Value::from(w), Value::from)).collect()
+    let pieces = text
+        .split(|c: char| c.is_whitespace() || "\"<>=".contains(c))
+        .filter(|w| !w.is_empty());
+    pieces
+        .map(|w| w.parse::<f64>().map_or_else(|_| Value::from(w), Value::from))
+        .collect()
 }
 
 #[test]

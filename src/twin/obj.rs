@@ -1,7 +1,6 @@
-//! Wavefront OBJ for the twin's own meshes: triangles, with colours behind the vertices, in two groups where
-//! not all of the surface was seen: `seen`, and `closed` for what was concluded.
-//!
-//! To be replaced by the reader and writer of `geometry`, once it has one.
+//! Wavefront OBJ for the twin's own meshes: triangles, with colours behind the vertices, and, where not all of
+//! the surface was seen, comment rows `# closed …` that number the vertices which were concluded, not seen.
+//! Groups would say the same, but simulators take the first group for the whole mesh.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,10 +10,10 @@ use nalgebra::Point3;
 use crate::base::{Error, Result};
 use crate::geometry::Mesh;
 
-/// Group of the triangles whose corners were all seen.
-const SEEN: &str = "seen";
-/// Group of the triangles that were closed or mirrored.
-const CLOSED: &str = "closed";
+/// Opens a comment row that numbers unseen vertices, from 1.
+const CLOSED: &str = "# closed";
+/// Vertices in one such row.
+const ROW: usize = 64;
 
 /// The text of `mesh`, nanometres kept.
 pub(super) fn write_obj(mesh: &Mesh) -> String {
@@ -28,24 +27,26 @@ pub(super) fn write_obj(mesh: &Mesh) -> String {
         }
         text.push('\n');
     }
-    let flagged = mesh.seen.len() == mesh.vertices.len() && mesh.seen.contains(&false);
-    let is_seen = |t: &[u32; 3]| !flagged || t.iter().all(|v| mesh.seen[*v as usize]);
-    let mut group = None;
     for t in &mesh.triangles {
-        if flagged && group != Some(is_seen(t)) {
-            group = Some(is_seen(t));
-            let _ = writeln!(text, "g {}", if is_seen(t) { SEEN } else { CLOSED });
-        }
         let _ = writeln!(text, "f {} {} {}", t[0] + 1, t[1] + 1, t[2] + 1);
+    }
+    let unseen: Vec<String> = mesh
+        .seen
+        .iter()
+        .enumerate()
+        .filter(|(_, seen)| !**seen)
+        .map(|(i, _)| (i + 1).to_string())
+        .collect();
+    for row in unseen.chunks(ROW) {
+        let _ = writeln!(text, "{CLOSED} {}", row.join(" "));
     }
     text
 }
 
-/// Reads what [`write_obj`] writes: a corner of a triangle of the group `closed` that no triangle of another
-/// group uses is unseen. Polygons are cut into fans, texture and normal indices passed over.
+/// Reads what [`write_obj`] writes. Polygons are cut into fans, texture and normal indices passed over.
 pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
     let mut mesh = Mesh::default();
-    let (mut is_closed, mut closed) = (false, Vec::new());
+    let mut closed: Vec<usize> = Vec::new();
     for (row, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         let bad = |expected: &str| Error::bad_input(file, format!("row {}", row + 1), line, expected);
@@ -67,32 +68,29 @@ pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
                     .ok_or_else(|| bad("indices of vertices above"))?;
                 for k in 1..corners.len() - 1 {
                     mesh.triangles.push([corners[0], corners[k], corners[k + 1]]);
-                    closed.push(is_closed);
                 }
             }
-            Some("g") => is_closed = words.next() == Some(CLOSED),
+            Some("#") if words.next() == Some("closed") => {
+                closed.extend(words.filter_map(|w| w.parse::<usize>().ok()));
+            }
             _ => {}
         }
     }
     if mesh.colors.len() != mesh.vertices.len() {
         mesh.colors.clear();
     }
-    if closed.contains(&true) {
-        mesh.seen = seen_vertices(&mesh, &closed);
-    }
-    Ok(mesh)
-}
-
-/// A vertex of some seen triangle was seen. A closed triangle all of whose corners were seen cannot be told
-/// from a seen one by its corners: it counts as seen.
-fn seen_vertices(mesh: &Mesh, closed: &[bool]) -> Vec<bool> {
-    let mut seen = vec![false; mesh.vertices.len()];
-    for (t, _) in mesh.triangles.iter().zip(closed).filter(|(_, closed)| !**closed) {
-        for v in t {
-            seen[*v as usize] = true;
+    if !closed.is_empty() {
+        mesh.seen = vec![true; mesh.vertices.len()];
+        for i in closed {
+            let count = mesh.vertices.len();
+            let flag = mesh
+                .seen
+                .get_mut(i.wrapping_sub(1))
+                .ok_or_else(|| Error::bad_input(file, CLOSED, i.to_string(), format!("a vertex from 1 to {count}")))?;
+            *flag = false;
         }
     }
-    seen
+    Ok(mesh)
 }
 
 fn corner(word: &str, count: usize) -> Option<u32> {
@@ -116,7 +114,7 @@ mod tests {
             ..Mesh::default()
         };
         let text = write_obj(&mesh);
-        assert!(text.contains("g seen") && text.contains("g closed"), "{text}");
+        assert!(text.contains("# closed 4 5"), "{text}");
         assert_eq!(parse_obj(Path::new("a.obj"), &text).expect("a mesh").seen, mesh.seen);
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::seat::seat_stacks;
 use super::{Config, ShapedObject, Shapes};
 use crate::base::Notices;
 use crate::geometry::{DecompositionConfig, convex_parts, is_closed_manifold, silhouette, simplify, superquadric_fit};
@@ -27,6 +28,7 @@ pub fn furnish(shapes: &mut Shapes, config: &Config, notices: &mut Notices) {
         .objects
         .par_iter_mut()
         .for_each(|object| furnish_one(object, config));
+    seat_stacks(shapes, config.voxel);
     for object in &shapes.objects {
         if let Err(fault) = is_closed_manifold(&object.mesh) {
             notices.warn("shape", &object.name, format!("its mesh is not closed: {fault}"));

@@ -8,6 +8,7 @@ mod fuse;
 mod lens;
 mod range;
 mod reconstruct;
+mod seat;
 mod solid;
 mod split;
 mod support;

@@ -1,5 +1,20 @@
 //! A finished run as one self-contained page; computes no new result.
 
+mod diagnosis;
+mod estimates;
+mod graph;
+mod header;
+mod interactions;
+mod joints;
+mod layout;
+mod markup;
+mod notices;
+mod numbers;
+mod pack;
 mod page;
+mod plots;
+mod rows;
+mod scale;
+mod scene;
 
 pub use page::render;

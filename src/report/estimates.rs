@@ -1,0 +1,117 @@
+//! What is held of the matter and the shape of every link.
+
+use super::markup::{count, escape, section as framed, table};
+use super::numbers::{fixed, quantity};
+use super::rows::{COLUMNS, list, scalar};
+use crate::pipeline::Run;
+use crate::twin::{Body, Link};
+
+/// A card per body, a table per link.
+pub fn section(run: &Run) -> String {
+    let cards: String = run.model.twin.bodies.iter().map(body).collect();
+    let lead = "Each number with one standard deviation and the interval that holds it at 95 %. \
+        <span class=\"badge measured\">measured</span> these data fix it; \
+        <span class=\"badge assumed\">assumed</span> a prior or a default, the data say little or nothing about it; \
+        <span class=\"badge known\">known</span> given in the capture.";
+    framed(
+        "estimates",
+        "Estimates",
+        lead,
+        &format!("<div class=\"cards\">\n{cards}</div>\n"),
+    )
+}
+
+fn body(body: &Body) -> String {
+    let links: String = body.links.iter().map(|l| link(l, body.links.len() > 1)).collect();
+    let parts = if body.links.len() > 1 {
+        format!(" <small>{}</small>", count(body.links.len(), "part", "parts"))
+    } else {
+        String::new()
+    };
+    format!(
+        "<article class=\"card\">\n<h3>{}{parts}</h3>\n{links}</article>\n",
+        escape(&body.name)
+    )
+}
+
+fn link(link: &Link, named: bool) -> String {
+    let name = if named {
+        format!("<h4>{}</h4>\n", escape(&link.name))
+    } else {
+        String::new()
+    };
+    let rows = rows(link);
+    let matter = if rows.is_empty() {
+        "<p class=\"muted\">No interaction told of its matter: nothing is claimed of its mass or friction.</p>\n"
+            .to_owned()
+    } else {
+        table(&format!("Estimates of {}", link.name), "estimates", &COLUMNS, &rows)
+    };
+    format!("{name}<p class=\"shape\">{}</p>\n{matter}", shape(link))
+}
+
+/// The shape in words.
+fn shape(link: &Link) -> String {
+    if link.mesh.is_none() {
+        return "Nobody saw its shape.".to_owned();
+    }
+    let mut said = Vec::new();
+    if let Some(seen) = link.seen {
+        said.push(format!(
+            "{} % of its surface was seen, the rest is closed or mirrored",
+            fixed(100.0 * seen, 0)
+        ));
+    }
+    if let Some(s) = &link.superquadric {
+        let size: Vec<String> = s.size.iter().map(|h| fixed(2e3 * h, 0)).collect();
+        let [e1, e2] = s.exponents;
+        let near = if e1 < 0.5 && e2 < 0.5 {
+            "much like a box"
+        } else if e1 < 0.5 {
+            "much like a cylinder"
+        } else {
+            "rounded"
+        };
+        said.push(format!("{} mm, {near}", size.join(" × ")));
+    }
+    if let Some(best) = link.symmetry.first() {
+        let planes = count(link.symmetry.len(), "plane of symmetry", "planes of symmetry");
+        said.push(format!("{planes} (best {} %)", fixed(100.0 * best.score, 1)));
+    }
+    if !link.collision.is_empty() {
+        said.push(count(link.collision.len(), "convex part", "convex parts"));
+    }
+    escape(&said.join(" · "))
+}
+
+fn rows(link: &Link) -> String {
+    let mut out = String::new();
+    let mut add = |name: &str, e: &Option<crate::base::Estimate>| {
+        if let Some(e) = e {
+            out.push_str(&scalar(name, e));
+        }
+    };
+    add("Mass", &link.mass);
+    add("Force of friction, static", &link.friction_force.static_);
+    add("Force of friction, kinetic", &link.friction_force.kinetic);
+    add("Coefficient of friction, static", &link.friction.static_);
+    add("Coefficient of friction, kinetic", &link.friction.kinetic);
+    add("Coefficient of friction, tool", &link.friction.tool);
+    add("Torsional radius of friction", &link.friction.torsional_radius);
+    add("Rolling resistance", &link.friction.rolling);
+    add("Restitution", &link.restitution);
+    add("Stiffness where pressed", &link.stiffness);
+    add("Damping where pressed", &link.damping);
+    if let Some(com) = &link.com {
+        out.push_str(&list("Centre of mass", ["x", "y", "z"], com));
+    }
+    if let Some(inertia) = &link.inertia {
+        out.push_str(&list("Inertia about it", ["xx", "yy", "zz", "xy", "xz", "yz"], inertia));
+    }
+    out
+}
+
+/// A range in the unit that suits it.
+pub fn range(range: [f64; 2], unit: &str) -> String {
+    format!("{} … {}", quantity(range[0], unit, 3.0), quantity(range[1], unit, 3.0))
+}

@@ -1,0 +1,118 @@
+//! The head of the page: name, verdict, key figures.
+
+use super::markup::{count, escape};
+use super::numbers::quantity;
+use crate::capture::Capture;
+use crate::pipeline::Run;
+use crate::twin::{JointKind, RelationKind, Verdict};
+
+/// The SI unit of a quantity that errors are gathered by.
+pub fn unit_of(quantity: &str) -> &'static str {
+    match quantity {
+        "force" => "N",
+        "torque" => "N·m",
+        "position" => "m",
+        "rotation" => "rad",
+        _ => "",
+    }
+}
+
+/// A verdict as a word, a sentence, and a class of colour.
+fn verdict(run: &Run) -> (&'static str, &'static str, &'static str) {
+    if run.diagnosis.base.rmse.is_empty() {
+        return (
+            "Not judged",
+            "Nothing was predicted that could be compared with a measurement, so nothing is said of how well the twin predicts.",
+            "open",
+        );
+    }
+    match run.diagnosis.verdict {
+        Verdict::Adequate => (
+            "Adequate",
+            "What the twin predicts of held-out touches differs from what was measured by no more than noise and the usual \
+             scatter of friction.",
+            "good",
+        ),
+        Verdict::Explained => (
+            "Explained",
+            "What the plain twin got wrong has named causes, and the extended twin accounts for them.",
+            "good",
+        ),
+        Verdict::Ambiguous => (
+            "Ambiguous",
+            "The twin misses more than noise allows, and these data cannot tell between the named causes. The experiments \
+             below would.",
+            "open",
+        ),
+        Verdict::Unknown => (
+            "Something is left",
+            "The twin misses more than noise allows, and no named cause explains what is left. The diagnosis says where.",
+            "open",
+        ),
+    }
+}
+
+fn figure(value: &str, name: &str) -> String {
+    format!("<div><dt>{name}</dt><dd>{value}</dd></div>\n")
+}
+
+/// Error against noise floor of each quantity.
+fn errors(run: &Run) -> String {
+    let base = &run.diagnosis.base;
+    let over = if base.held_out.is_empty() {
+        "fitted touches"
+    } else {
+        "held-out touches"
+    };
+    base.rmse
+        .iter()
+        .map(|(name, rmse)| {
+            let unit = unit_of(name);
+            let floor = base.noise_floor.get(name).copied().unwrap_or(0.0);
+            let value = format!(
+                "{} <small>noise {}</small>",
+                escape(&quantity(*rmse, unit, 2.0)),
+                escape(&quantity(floor, unit, 2.0))
+            );
+            figure(&value, &format!("{} error, {over}", escape(name)))
+        })
+        .collect()
+}
+
+/// The head of the page.
+pub fn section(capture: &Capture, run: &Run) -> String {
+    let twin = &run.model.twin;
+    let (word, sentence, class) = verdict(run);
+    let links = twin.links().count();
+    let joints = twin.joints().filter(|j| j.kind != JointKind::Fixed).count();
+    let relations = twin
+        .relations
+        .iter()
+        .filter(|r| r.kind != RelationKind::Separate)
+        .count();
+    let held_out = capture.held_out().count();
+    let mut figures = figure(
+        &format!(
+            "{} <small>of {}</small>",
+            twin.bodies.len(),
+            count(links, "rigid part", "rigid parts")
+        ),
+        "bodies",
+    );
+    figures.push_str(&figure(&joints.to_string(), "movable joints"));
+    figures.push_str(&figure(&relations.to_string(), "relations"));
+    figures.push_str(&figure(
+        &format!("{} <small>{held_out} held out</small>", capture.interactions.len()),
+        "interactions",
+    ));
+    figures.push_str(&errors(run));
+    format!(
+        "<header>\n<p class=\"over\">palpate · digital twin of a tabletop</p>\n<h1>{}</h1>\n\
+         <p class=\"verdict {class}\"><strong>{word}</strong><span>{sentence}</span></p>\n\
+         <dl class=\"figures\">\n{figures}</dl>\n\
+         <nav aria-label=\"Sections\"><a href=\"#view\">Scene</a><a href=\"#estimates\">Estimates</a><a href=\"#joints\">Joints</a>\
+         <a href=\"#relations\">Relations</a><a href=\"#interactions\">Interactions</a><a href=\"#diagnosis\">Diagnosis</a>\
+         <a href=\"#notices\">Notices</a></nav>\n</header>\n",
+        escape(&twin.name)
+    )
+}

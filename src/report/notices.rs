@@ -1,0 +1,57 @@
+//! Doubts that came up, and how the result was made.
+
+use super::markup::{count, escape, section as framed};
+use crate::base::{Notice, Severity};
+use crate::pipeline::Run;
+
+/// Doubts, warnings first.
+pub fn section(run: &Run) -> String {
+    let notices = &run.model.twin.notices;
+    let of = |severity: Severity| notices.iter().filter(move |n| n.severity == severity);
+    let mut content = if notices.is_empty() {
+        "<p class=\"muted\">No doubt came up.</p>\n".to_owned()
+    } else {
+        let items: String = of(Severity::Warning).chain(of(Severity::Note)).map(item).collect();
+        format!("<ul class=\"notices\">\n{items}</ul>\n")
+    };
+    content.push_str(&provenance(run));
+    let lead = format!(
+        "{} of something left out or assumed, {} good to know.",
+        count(of(Severity::Warning).count(), "warning", "warnings"),
+        count(of(Severity::Note).count(), "note", "notes")
+    );
+    framed("notices", "Notices", &lead, &content)
+}
+
+fn item(notice: &Notice) -> String {
+    let (class, word) = match notice.severity {
+        Severity::Warning => ("warning", "warning"),
+        Severity::Note => ("note", "note"),
+    };
+    format!(
+        "<li class=\"{class}\"><span class=\"tag\">{word}</span><span class=\"stage\">{}</span><span><strong>{}</strong> {}</span></li>\n",
+        escape(&notice.stage),
+        escape(&notice.about),
+        escape(&notice.message)
+    )
+}
+
+fn provenance(run: &Run) -> String {
+    let p = &run.model.twin.provenance;
+    let options: String = p
+        .options
+        .iter()
+        .map(|(name, value)| {
+            let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            format!("<dt>{}</dt><dd><code>{}</code></dd>\n", escape(name), escape(&text))
+        })
+        .collect();
+    format!(
+        "<h3 id=\"provenance\">How this was made</h3>\n<dl class=\"provenance\">\n<dt>palpate</dt><dd>version {}</dd>\n\
+         <dt>capture</dt><dd><code>SHA-256 {}</code></dd>\n<dt>seed</dt><dd>{}</dd>\n</dl>\n\
+         <details class=\"options\"><summary>Effective options</summary>\n<dl class=\"provenance\">\n{options}</dl>\n</details>\n",
+        escape(&p.version),
+        escape(&p.capture_digest),
+        p.seed
+    )
+}

@@ -1,0 +1,106 @@
+// Opens a report.html from its file in a browser without a network, and fails on any console error or request.
+//
+//   npm install playwright-core        (anywhere; then NODE_PATH or a node_modules beside this file)
+//   node tests/browser/page.mjs REPORT.html [FOLDER for the pictures]
+//
+// CHROMIUM names the browser (default /usr/bin/chromium).
+import { mkdtempSync, mkdirSync, rmSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { pathToFileURL } from 'node:url';
+
+const roots = [process.cwd(), ...(process.env.NODE_PATH || '').split(path.delimiter)].filter(Boolean);
+const { chromium } = createRequire(import.meta.url)(
+  createRequire(import.meta.url).resolve('playwright-core', { paths: roots.flatMap((r) => [r, path.dirname(r)]) }),
+);
+
+const [report, out = '.'] = process.argv.slice(2);
+if (!report) {
+  console.error('usage: node page.mjs REPORT.html [FOLDER]');
+  process.exit(2);
+}
+const address = pathToFileURL(path.resolve(report)).href;
+const webgl = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+const quiet = ['--no-sandbox', '--disable-background-networking', '--disable-component-update', '--disable-sync', '--no-first-run'];
+
+const sizes = [
+  { name: 'desktop', viewport: { width: 1280, height: 900 }, colorScheme: 'light' },
+  { name: 'desktop-dark', viewport: { width: 1280, height: 900 }, colorScheme: 'dark' },
+  { name: 'phone', viewport: { width: 390, height: 844 }, colorScheme: 'light', isMobile: true, hasTouch: true, deviceScaleFactor: 2 },
+  { name: 'no-webgl', viewport: { width: 1280, height: 900 }, colorScheme: 'light', args: ['--disable-gpu', '--disable-3d-apis', '--disable-software-rasterizer'] },
+];
+
+const faults = [];
+
+async function look({ name, args = webgl, ...options }) {
+  const profile = mkdtempSync(path.join(tmpdir(), 'page-'));
+  const context = await chromium.launchPersistentContext(profile, {
+    executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, args: [...quiet, ...args], ...options,
+  });
+  try {
+    const page = context.pages()[0] || (await context.newPage());
+    const fault = (text) => faults.push(`${name}: ${text}`);
+    page.on('console', (m) => ['error', 'warning'].includes(m.type()) && !harmless(m.text()) && fault(`console ${m.type()}: ${m.text()}`));
+    page.on('pageerror', (e) => fault(`uncaught: ${e.message}`));
+    page.on('request', (r) => r.url() !== address && !/^(data|blob):/.test(r.url()) && fault(`request: ${r.url()}`));
+    await page.goto(address);
+    await page.waitForFunction(() => window.palpateReady === true, null, { timeout: 60000 });
+    await check(page, name, fault);
+    mkdirSync(out, { recursive: true });
+    await page.waitForTimeout(500);
+    await page.screenshot({ path: path.join(out, `${name}.png`) });
+    await page.screenshot({ path: path.join(out, `${name}-full.png`), fullPage: true });
+    if (name === 'desktop') await exercise(page, fault);
+  } finally {
+    await context.close();
+    rmSync(profile, { recursive: true, force: true });
+  }
+}
+
+// What the software renderer says of itself is not of the page's making.
+function harmless(text) {
+  return /GL Driver Message|ReadPixels|swiftshader/i.test(text);
+}
+
+async function check(page, name, fault) {
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+  if (wide > 0) fault(`the page is ${wide} px wider than the window`);
+  const drawn = await page.locator('#scene.ready canvas').count();
+  const excused = await page.locator('#scene.no-webgl .scene-none').isVisible().catch(() => false);
+  if (name === 'no-webgl' ? !excused : !drawn) fault('the scene is neither drawn nor excused as it should be');
+  const ids = await page.evaluate(() => [...document.querySelectorAll('[id]')].map((e) => e.id));
+  if (new Set(ids).size !== ids.length) fault('an id occurs twice');
+}
+
+// Every switch, every slider, the keys; then one picture with everything on.
+async function exercise(page, fault) {
+  const view = page.locator('.scene-view');
+  await view.scrollIntoViewIfNeeded();
+  for (const box of await page.locator('.scene-switches input').all()) {
+    await box.click();
+    await page.waitForTimeout(150);
+    const text = (await box.locator('xpath=..').textContent()).trim().toLowerCase().replace(/\W+/g, '-');
+    await page.locator('#scene').screenshot({ path: path.join(out, `switch-${text}.png`) });
+    await box.click();
+  }
+  for (const slider of await page.locator('.scene-sliders input').all()) {
+    await slider.evaluate((e) => { e.value = e.max; e.dispatchEvent(new Event('input')); });
+  }
+  await page.locator('.scene-view canvas').focus();
+  for (const key of ['ArrowLeft', 'ArrowUp', '+', '-', 'ArrowRight']) await page.keyboard.press(key);
+  await page.waitForTimeout(400);
+  await page.locator('#scene').screenshot({ path: path.join(out, 'moved.png') });
+  const empty = await page.evaluate(() => {
+    const canvas = document.querySelector('.scene-view canvas');
+    return canvas.width < 2 || canvas.height < 2;
+  });
+  if (empty) fault('the canvas has no size');
+}
+
+for (const size of sizes) await look(size);
+if (faults.length) {
+  console.error(faults.join('\n'));
+  process.exit(1);
+}
+console.log(`ok: ${sizes.map((s) => s.name).join(', ')}`);

@@ -1,0 +1,209 @@
+// Camera, light, table, keys, and drawing on demand.
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, CircleGeometry, Color, DirectionalLight, Group, HemisphereLight,
+  LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, PCFShadowMap, PerspectiveCamera, Quaternion, Scene,
+  ShadowMaterial, Spherical, SRGBColorSpace, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+
+export class Stage {
+  constructor(view, data) {
+    this.view = view;
+    this.scene = new Scene();
+    this.data = data;
+    this.listeners = [];
+    this.up = new Vector3(...data.up).normalize();
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
+    this.renderer.outputColorSpace = SRGBColorSpace;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    const canvas = this.renderer.domElement;
+    canvas.tabIndex = 0;
+    canvas.setAttribute('role', 'img');
+    canvas.setAttribute('aria-label', `The scene ${data.name} in three dimensions. Arrow keys turn it, plus and minus zoom, zero looks at all of it again.`);
+    view.prepend(canvas);
+    this.canvas = canvas;
+    this.camera = new PerspectiveCamera(32, 1, 0.005, 50);
+    this.camera.up.copy(this.up);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.draw());
+    this.theme = window.matchMedia('(prefers-color-scheme: dark)');
+    this.pending = false;
+  }
+
+  get dark() {
+    return this.theme.matches;
+  }
+
+  /** Called with the colours of the page now, and whenever they change. */
+  onTheme(listener) {
+    this.listeners.push(listener);
+    listener(this.dark);
+  }
+
+  begin() {
+    this.measure();
+    this.light();
+    this.table();
+    this.keys();
+    this.home();
+    this.theme.addEventListener('change', () => {
+      this.listeners.forEach((listener) => listener(this.dark));
+      this.draw();
+    });
+    new ResizeObserver(() => this.resize()).observe(this.view);
+    this.resize();
+  }
+
+  measure() {
+    const low = new Vector3(Infinity, Infinity, Infinity);
+    const high = low.clone().negate();
+    const at = new Vector3();
+    const turn = new Quaternion();
+    for (const link of this.data.links) {
+      turn.set(...link.pose.slice(3));
+      const count = link.mesh ? link.mesh.positions.length / 3 : 0;
+      for (let i = 0; i < count; i++) {
+        at.fromArray(link.mesh.positions, 3 * i).applyQuaternion(turn);
+        at.x += link.pose[0];
+        at.y += link.pose[1];
+        at.z += link.pose[2];
+        low.min(at);
+        high.max(at);
+      }
+    }
+    if (low.x > high.x) {
+      low.set(-0.1, -0.1, 0);
+      high.set(0.1, 0.1, 0.1);
+    }
+    this.centre = low.clone().add(high).multiplyScalar(0.5);
+    this.radius = Math.max(0.02, low.distanceTo(high) / 2);
+  }
+
+  light() {
+    this.scene.add(new HemisphereLight(0xffffff, 0x9a9387, 1.7), new AmbientLight(0xffffff, 0.35));
+    const sun = new DirectionalLight(0xfff6e8, 2.0);
+    const side = this.sideways();
+    sun.position.copy(this.centre).addScaledVector(this.up, 3 * this.radius)
+      .addScaledVector(side[0], 1.4 * this.radius).addScaledVector(side[1], -1.8 * this.radius);
+    sun.target.position.copy(this.centre);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(2048, 2048);
+    const r = 1.25 * this.radius;
+    Object.assign(sun.shadow.camera, { left: -r, right: r, top: r, bottom: -r, near: 0.01, far: 8 * this.radius });
+    sun.shadow.normalBias = 0.004 * this.radius;
+    sun.shadow.bias = -0.0006;
+    sun.shadow.radius = 4;
+    this.scene.add(sun, sun.target);
+  }
+
+  /** Two directions that span the table. */
+  sideways() {
+    const x = Math.abs(this.up.x) > 0.9 ? new Vector3(0, 1, 0) : new Vector3(1, 0, 0);
+    x.addScaledVector(this.up, -x.dot(this.up)).normalize();
+    return [x, new Vector3().crossVectors(this.up, x)];
+  }
+
+  table() {
+    if (!this.data.support) return;
+    const group = new Group();
+    const point = new Vector3(...this.data.support);
+    const foot = this.centre.clone().addScaledVector(this.up, point.sub(this.centre).dot(this.up));
+    group.position.copy(foot);
+    group.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), this.up);
+    const disc = new CircleGeometry(1.45 * this.radius, 96);
+    const top = new Mesh(disc, new MeshBasicMaterial({ polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 }));
+    const shade = new Mesh(disc, new ShadowMaterial({ opacity: 0.22, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+    shade.receiveShadow = true;
+    const grid = this.grid(1.45 * this.radius);
+    shade.renderOrder = 1;
+    group.add(top, grid, shade);
+    this.onTheme((dark) => {
+      top.material.color = new Color(dark ? 0x26292d : 0xf1eee7);
+      grid.material.color = new Color(dark ? 0x383d43 : 0xdcd7cb);
+      shade.material.opacity = dark ? 0.5 : 0.2;
+    });
+    this.scene.add(group);
+  }
+
+  /** Lines every 50 mm, clipped to a disc. */
+  grid(radius) {
+    const step = radius > 1.2 ? 0.25 : radius > 0.16 ? 0.05 : 0.01;
+    const at = [];
+    const last = Math.floor(radius / step);
+    for (let i = -last; i <= last; i++) {
+      const s = i * step;
+      const half = Math.sqrt(Math.max(0, radius * radius - s * s));
+      at.push(s, -half, 0, s, half, 0, -half, s, 0, half, s, 0);
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(at), 3));
+    return new LineSegments(geometry, new LineBasicMaterial());
+  }
+
+  home() {
+    const [x, y] = this.sideways();
+    const narrow = Math.max(1, 1.25 / (this.view.clientWidth / Math.max(1, this.view.clientHeight)));
+    const away = 2.75 * this.radius * Math.min(narrow, 1.8);
+    this.camera.position.copy(this.centre).addScaledVector(y, -0.78 * away)
+      .addScaledVector(x, 0.42 * away).addScaledVector(this.up, 0.72 * away);
+    this.controls.target.copy(this.centre);
+    this.controls.minDistance = 0.3 * this.radius;
+    this.controls.maxDistance = 8 * this.radius;
+    this.controls.update();
+    this.draw();
+  }
+
+  /** Turns about the target; angles in radians. */
+  turn(right, upwards, nearer = 1) {
+    const away = this.camera.position.clone().sub(this.controls.target);
+    const flat = new Quaternion().setFromUnitVectors(this.up, new Vector3(0, 1, 0));
+    const ball = new Spherical().setFromVector3(away.applyQuaternion(flat));
+    ball.theta += right;
+    ball.phi = Math.min(Math.PI - 0.05, Math.max(0.05, ball.phi - upwards));
+    ball.radius = Math.min(this.controls.maxDistance, Math.max(this.controls.minDistance, ball.radius * nearer));
+    away.setFromSpherical(ball).applyQuaternion(flat.invert());
+    this.camera.position.copy(this.controls.target).add(away);
+    this.controls.update();
+    this.draw();
+  }
+
+  keys() {
+    const act = {
+      ArrowLeft: () => this.turn(-0.12, 0), ArrowRight: () => this.turn(0.12, 0), ArrowUp: () => this.turn(0, 0.1),
+      ArrowDown: () => this.turn(0, -0.1), '+': () => this.turn(0, 0, 0.88), '=': () => this.turn(0, 0, 0.88),
+      '-': () => this.turn(0, 0, 1 / 0.88), 0: () => this.home(),
+    };
+    this.canvas.addEventListener('keydown', (event) => {
+      if (!act[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      act[event.key]();
+      event.preventDefault();
+    });
+    // The wheel scrolls the page until the scene is taken hold of; one finger up or down always does.
+    this.controls.enableZoom = false;
+    this.canvas.addEventListener('pointerdown', () => { this.controls.enableZoom = true; });
+    this.canvas.addEventListener('focus', () => { this.controls.enableZoom = true; });
+    this.canvas.addEventListener('blur', () => { this.controls.enableZoom = false; });
+    this.canvas.style.touchAction = 'pan-y';
+  }
+
+  resize() {
+    const width = Math.max(1, this.view.clientWidth);
+    const height = Math.max(1, this.view.clientHeight);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  draw() {
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.renderer.render(this.scene, this.camera);
+      this.afterDraw?.();
+    });
+  }
+}

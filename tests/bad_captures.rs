@@ -107,7 +107,6 @@ fn fault_of_run(name: &str, command: &mut Command, old: &Path) -> Option<String>
 }
 
 #[test]
-#[ignore = "until the command line lands"]
 fn the_program_refuses_every_damage_and_leaves_results_alone() {
     let parent = tempfile::tempdir().expect("a temporary folder");
     let old = parent.path().join("older-result");

@@ -1,6 +1,7 @@
 //! Models for simulators, from a twin alone: URDF, MJCF, glTF, and the check that they say what the twin says.
 
 mod check;
+mod colliders;
 mod glb;
 mod glb_buffer;
 mod inertial;

@@ -10,6 +10,7 @@ use rapier3d_f64::prelude::{
 };
 use serde::Serialize;
 
+use super::colliders::colliders;
 use super::scene::{Attachment, Floor, Part, Scene, Tree};
 use crate::twin::{JointKind, Model};
 
@@ -74,7 +75,7 @@ pub(super) fn rest(scene: &Scene, model: &Model) -> Vec<RestResult> {
         let added = if tree.parts.iter().all(Part::is_bare) {
             Vec::new()
         } else {
-            add_tree(&mut world, tree, model)
+            add_tree(&mut world, tree, model, &floor.normal)
         };
         bodies.extend(tree.parts.iter().zip(&added).map(|(p, h)| (p, *h)));
         handles.push(added);
@@ -133,7 +134,7 @@ fn add_floor(world: &mut PhysicsWorld, floor: &Floor) {
     world.insert_collider(plane, Some(ground));
 }
 
-fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model) -> Vec<RigidBodyHandle> {
+fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model, up: &Vector3<f64>) -> Vec<RigidBodyHandle> {
     let mut handles: Vec<RigidBodyHandle> = Vec::new();
     for part in &tree.parts {
         let held = tree.anchored && part.attachment.is_none();
@@ -148,7 +149,7 @@ fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model) -> Vec<RigidBo
             .additional_mass_properties(matter)
             .can_sleep(false);
         let handle = world.insert_body(body);
-        for shape in shapes(part, model) {
+        for shape in colliders(part, model, up) {
             world.insert_collider(shape, Some(handle));
         }
         if let Some(hold) = &part.attachment {
@@ -157,24 +158,6 @@ fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model) -> Vec<RigidBo
         handles.push(handle);
     }
     handles
-}
-
-fn shapes(part: &Part, model: &Model) -> Vec<ColliderBuilder> {
-    let hull = |path: &String| {
-        let mesh = model.meshes.get(path)?;
-        let points: Vec<_> = mesh
-            .vertices
-            .iter()
-            .map(|v| (v.coords + part.link_origin).into())
-            .collect();
-        let shape = ColliderBuilder::convex_hull(&points)?;
-        Some(shape.density(0.0).friction(part.surface.kinetic_friction))
-    };
-    part.hulls
-        .iter()
-        .filter_map(hull)
-        .map(|c| c.friction_combine_rule(CoefficientCombineRule::Max).restitution(0.0))
-        .collect()
 }
 
 /// The joint's axis is x of both of its frames. Dry friction is a brake: a motor towards standstill that can do

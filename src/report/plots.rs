@@ -118,7 +118,7 @@ fn shades(segmented: Option<&Segmented>, x: &Scale) -> String {
 /// A phase as a faint field with a stronger edge on top.
 fn shade(phase: &Phase, x: &Scale) -> String {
     let (from, to) = (x.clamped(phase.start), x.clamped(phase.end));
-    if !(to - from > 0.05) || phase.kind == PhaseKind::Rest {
+    if to - from <= 0.05 || phase.kind == PhaseKind::Rest {
         return String::new();
     }
     let name = phase_name(phase.kind);

@@ -1,6 +1,6 @@
 //! What the twin still gets wrong, and what to measure next.
 
-use super::header::unit_of;
+use super::header::{capital, unit_of};
 use super::markup::{count, escape, percent, section as framed, table};
 use super::numbers::{fixed, quantity};
 use super::rows::{COLUMNS, scalar};
@@ -57,7 +57,7 @@ fn errors(base: &BaseFit) -> String {
             };
             format!(
                 "<div class=\"error\"><h3>{}</h3>{}{}</div>\n",
-                escape(name),
+                capital(name),
                 bar("rmse", "error", *rmse),
                 bar("floor", "noise", floor)
             )

@@ -30,6 +30,7 @@ export class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.theme = window.matchMedia('(prefers-color-scheme: dark)');
     this.pending = false;
+    this.measure();
   }
 
   get dark() {
@@ -43,7 +44,6 @@ export class Stage {
   }
 
   begin() {
-    this.measure();
     this.light();
     this.table();
     this.keys();
@@ -82,8 +82,8 @@ export class Stage {
   }
 
   light() {
-    this.scene.add(new HemisphereLight(0xffffff, 0x9a9387, 1.7), new AmbientLight(0xffffff, 0.35));
-    const sun = new DirectionalLight(0xfff6e8, 2.0);
+    this.scene.add(new HemisphereLight(0xffffff, 0xcfc8bb, 2.1), new AmbientLight(0xffffff, 0.5));
+    const sun = new DirectionalLight(0xfff6e8, 1.9);
     const side = this.sideways();
     sun.position.copy(this.centre).addScaledVector(this.up, 3 * this.radius)
       .addScaledVector(side[0], 1.4 * this.radius).addScaledVector(side[1], -1.8 * this.radius);
@@ -145,7 +145,7 @@ export class Stage {
   home() {
     const [x, y] = this.sideways();
     const narrow = Math.max(1, 1.25 / (this.view.clientWidth / Math.max(1, this.view.clientHeight)));
-    const away = 2.75 * this.radius * Math.min(narrow, 1.8);
+    const away = 2.55 * this.radius * Math.min(narrow, 1.8);
     this.camera.position.copy(this.centre).addScaledVector(y, -0.78 * away)
       .addScaledVector(x, 0.42 * away).addScaledVector(this.up, 0.72 * away);
     this.controls.target.copy(this.centre);

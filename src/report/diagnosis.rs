@@ -9,7 +9,7 @@ use crate::twin::{BaseFit, CauseOdds, Evidence, Experiment, Finding};
 
 /// Below this p-value a residual is called notable.
 const NOTABLE: f64 = 0.01;
-const MOST_NOTABLE: usize = 12;
+const MOST_NOTABLE: usize = 8;
 
 /// Errors, residual tests, findings, experiments.
 pub fn section(run: &Run) -> String {

@@ -1,4 +1,6 @@
-//! palpate looks at a tabletop, touches it, and hands back a simulator model that tells the truth.
+//! The library behind the `palpate` binary.
+//!
+#![doc = include_str!("../README.md")]
 
 pub mod base;
 pub mod capture;

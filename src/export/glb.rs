@@ -10,7 +10,7 @@ use super::glb_buffer::Buffer;
 use super::scene::{Attachment, Floor, Motion, Part, Scene, Tree};
 use super::urdf::upright_to;
 use crate::base::{Error, Result};
-use crate::twin::{JointKind, Model};
+use crate::twin::{JointKind, Model, SCENE_MESH};
 
 /// Name of the extension for bodies and joints.
 pub(super) const PHYSICS: &str = "KHR_physics_rigid_bodies";
@@ -32,9 +32,16 @@ pub(super) fn of_scene(scene: &Scene, model: &Model) -> Result<Vec<u8>> {
     let mut document = Document::default();
     let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -std::f64::consts::FRAC_PI_2);
     let root = document.node("scene", &Isometry3::from_parts(Translation3::identity(), turn));
+    let seen = model.meshes.get(SCENE_MESH).filter(|m| !m.triangles.is_empty());
     if let Some(floor) = &scene.floor {
-        let slab = document.table(floor);
+        let slab = document.table(floor, seen.is_none());
         document.adopt(root, slab);
+    }
+    if let Some(mesh) = seen {
+        let node = document.node("_scene", &Isometry3::identity());
+        let primitive = document.buffer.primitive(mesh, true, 0);
+        document.nodes[node]["mesh"] = json!(document.mesh("_scene", primitive));
+        document.adopt(root, node);
     }
     for tree in &scene.trees {
         let top = document.tree(tree, model)?;
@@ -69,14 +76,16 @@ impl Document {
         self.meshes.len() - 1
     }
 
-    /// A thin slab whose top is the table.
-    fn table(&mut self, floor: &Floor) -> usize {
+    /// A thin slab whose top is the table; not drawn where the table itself was seen and is.
+    fn table(&mut self, floor: &Floor, drawn: bool) -> usize {
         let centre = floor.point - floor.normal.into_inner() * (0.5 * SLAB[1]);
         let pose = Isometry3::from_parts(centre.into(), upright_to(&floor.normal));
         let node = self.node("support", &pose);
-        let slab = super::inertial::cuboid_mesh(Vector3::new(2.0 * SLAB[0], 2.0 * SLAB[0], SLAB[1]));
-        let primitive = self.buffer.primitive(&slab, true, 1);
-        self.nodes[node]["mesh"] = json!(self.mesh("support", primitive));
+        if drawn {
+            let slab = super::inertial::cuboid_mesh(Vector3::new(2.0 * SLAB[0], 2.0 * SLAB[0], SLAB[1]));
+            let primitive = self.buffer.primitive(&slab, true, 1);
+            self.nodes[node]["mesh"] = json!(self.mesh("support", primitive));
+        }
         self.surfaces.push(
             json!({ "staticFriction": 0.0, "dynamicFriction": 0.0, "restitution": 0.0,
             "frictionCombine": "maximum", "restitutionCombine": "maximum" }),

@@ -8,8 +8,8 @@ use crate::capture::{Capture, PoseStream};
 use crate::stages::articulation::Articulation;
 use crate::stages::shape::{Shapes, Silhouette};
 use crate::twin::{
-    Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SupportPlane,
-    SymmetryPlane, Twin,
+    Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
+    SupportPlane, SymmetryPlane, Twin,
 };
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
@@ -54,6 +54,9 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> (Model, Ve
     }
     for (name, pose) in unseen(capture, &bodies) {
         bodies.push(Body::rigid(Link::new(name, pose)));
+    }
+    if let Some(scene) = shapes.scene {
+        meshes.insert(SCENE_MESH.into(), scene);
     }
     let twin = Twin {
         format: FORMAT.into(),

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::obj::{parse_obj, write_obj};
-use super::{DIAGNOSIS_FORMAT, Diagnosis, FORMAT, Model, Truth, Twin};
+use super::{DIAGNOSIS_FORMAT, Diagnosis, FORMAT, Model, SCENE_MESH, Truth, Twin};
 use crate::base::{Error, Result, StagedFolder, read_text};
 use crate::geometry::Mesh;
 
@@ -42,6 +42,9 @@ pub fn read_twin(folder: &Path) -> Result<(Model, Diagnosis)> {
         for path in link.mesh.iter().chain(&link.collision) {
             meshes.insert(path.clone(), read_mesh(&twin_path, folder, path)?);
         }
+    }
+    if folder.join(SCENE_MESH).is_file() {
+        meshes.insert(SCENE_MESH.into(), read_mesh(&twin_path, folder, SCENE_MESH)?);
     }
     let model = Model { twin, meshes };
     model

@@ -19,6 +19,16 @@ pub(super) fn mean_distance(a: &Mesh, b: &Mesh) -> Result<f64> {
     Ok(0.5 * (one_way(a, b)? + one_way(b, a)?))
 }
 
+/// Mean distance, m, from the part of `mesh` that was seen (all of it where nothing is known of that) to `right`.
+///
+/// # Errors
+/// Where a mesh has no area.
+pub(super) fn seen_distance(mesh: &Mesh, right: &Mesh) -> Result<f64> {
+    let flagged = mesh.seen.len() == mesh.vertices.len();
+    let seen = mesh.subset(|t| !flagged || mesh.triangles[t].iter().all(|v| mesh.seen[*v as usize]));
+    one_way(if seen.triangles.is_empty() { mesh } else { &seen }, right)
+}
+
 fn one_way(from: &Mesh, to: &Mesh) -> Result<f64> {
     let vertices = to.vertices.iter().map(|v| v.coords.into()).collect();
     let surface = TriMesh::new(vertices, to.triangles.clone()).map_err(|e| Error::Failed(format!("mesh: {e}")))?;

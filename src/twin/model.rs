@@ -12,6 +12,9 @@ use crate::geometry::Mesh;
 /// The value of `format` in `twin.json`.
 pub const FORMAT: &str = "palpate-twin/1";
 
+/// Path of the open surface of all that was seen, in the world frame, where the twin has one.
+pub const SCENE_MESH: &str = "meshes/_scene.obj";
+
 /// The scene as data: the content of `twin.json`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Twin {

@@ -1,6 +1,6 @@
-//! Wavefront OBJ for the twin's own meshes: triangles, with colours behind the vertices.
-//!
-//! To be replaced by the reader and writer of `geometry`, once it has one.
+//! Wavefront OBJ for the twin's own meshes: triangles, with colours behind the vertices, and, where not all of
+//! the surface was seen, comment rows `# closed …` that number the vertices which were concluded, not seen.
+//! Groups would say the same, but simulators take the first group for the whole mesh.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,6 +9,11 @@ use nalgebra::Point3;
 
 use crate::base::{Error, Result};
 use crate::geometry::Mesh;
+
+/// Opens a comment row that numbers unseen vertices, from 1.
+const CLOSED: &str = "# closed";
+/// Vertices in one such row.
+const ROW: usize = 64;
 
 /// The text of `mesh`, nanometres kept.
 pub(super) fn write_obj(mesh: &Mesh) -> String {
@@ -22,15 +27,26 @@ pub(super) fn write_obj(mesh: &Mesh) -> String {
         }
         text.push('\n');
     }
-    for [a, b, c] in &mesh.triangles {
-        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    for t in &mesh.triangles {
+        let _ = writeln!(text, "f {} {} {}", t[0] + 1, t[1] + 1, t[2] + 1);
+    }
+    let unseen: Vec<String> = mesh
+        .seen
+        .iter()
+        .enumerate()
+        .filter(|(_, seen)| !**seen)
+        .map(|(i, _)| (i + 1).to_string())
+        .collect();
+    for row in unseen.chunks(ROW) {
+        let _ = writeln!(text, "{CLOSED} {}", row.join(" "));
     }
     text
 }
 
-/// Reads what [`write_obj`] writes; polygons are cut into fans, texture and normal indices passed over.
+/// Reads what [`write_obj`] writes. Polygons are cut into fans, texture and normal indices passed over.
 pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
     let mut mesh = Mesh::default();
+    let mut closed: Vec<usize> = Vec::new();
     for (row, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         let bad = |expected: &str| Error::bad_input(file, format!("row {}", row + 1), line, expected);
@@ -54,11 +70,25 @@ pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
                     mesh.triangles.push([corners[0], corners[k], corners[k + 1]]);
                 }
             }
+            Some("#") if words.next() == Some("closed") => {
+                closed.extend(words.filter_map(|w| w.parse::<usize>().ok()));
+            }
             _ => {}
         }
     }
     if mesh.colors.len() != mesh.vertices.len() {
         mesh.colors.clear();
+    }
+    if !closed.is_empty() {
+        mesh.seen = vec![true; mesh.vertices.len()];
+        for i in closed {
+            let count = mesh.vertices.len();
+            let flag = mesh
+                .seen
+                .get_mut(i.wrapping_sub(1))
+                .ok_or_else(|| Error::bad_input(file, CLOSED, i.to_string(), format!("a vertex from 1 to {count}")))?;
+            *flag = false;
+        }
     }
     Ok(mesh)
 }
@@ -67,4 +97,24 @@ fn corner(word: &str, count: usize) -> Option<u32> {
     let index: i64 = word.split('/').next()?.parse().ok()?;
     let absolute = if index < 0 { count as i64 + index } else { index - 1 };
     u32::try_from(absolute).ok().filter(|i| (*i as usize) < count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_seen_is_read_back() {
+        let mesh = Mesh {
+            vertices: (0..5)
+                .map(|i| Point3::new(f64::from(i), f64::from(i * i), 0.0))
+                .collect(),
+            triangles: vec![[0, 1, 2], [1, 2, 3], [2, 3, 4]],
+            seen: vec![true, true, true, false, false],
+            ..Mesh::default()
+        };
+        let text = write_obj(&mesh);
+        assert!(text.contains("# closed 4 5"), "{text}");
+        assert_eq!(parse_obj(Path::new("a.obj"), &text).expect("a mesh").seen, mesh.seen);
+    }
 }

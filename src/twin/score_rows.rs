@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde_json::json;
 
-use super::mesh_distance::mean_distance;
+use super::mesh_distance::{mean_distance, seen_distance};
 use super::score::{ScoreRow, same, word};
 use super::{Joint, Link, Model, TrueBody, TrueJoint, TruePlane};
 use crate::base::{Estimate, Result};
@@ -40,7 +40,8 @@ pub(super) fn body_rows(
     }
     if let Some(right) = truth.mesh.as_ref().and_then(|path| meshes?.get(path)) {
         let mesh = link.and_then(|l| model.meshes.get(l.mesh.as_ref()?));
-        rows.push(shape(name, right, mesh)?);
+        rows.push(shape(name, "mesh", right, mesh, seen_distance)?);
+        rows.push(shape(name, "mesh_whole", right, mesh, mean_distance)?);
     }
     for plane in &truth.symmetry {
         rows.extend(symmetry(name, plane, link));
@@ -165,12 +166,19 @@ fn origin(about: &str, truth: &TrueJoint, right: &[f64; 3], found: Option<&Joint
     row
 }
 
-/// Mean distance between the surfaces, both ways, mm.
-fn shape(about: &str, right: &Mesh, mesh: Option<&Mesh>) -> Result<ScoreRow> {
-    let mut row = empty(about, "mesh", "mm");
+/// A distance between the surfaces, mm: `mesh` is the mean from what was seen to the truth, `mesh_whole` the
+/// mean both ways, with what was closed or mirrored.
+fn shape(
+    about: &str,
+    quantity: &str,
+    right: &Mesh,
+    mesh: Option<&Mesh>,
+    distance: fn(&Mesh, &Mesh) -> Result<f64>,
+) -> Result<ScoreRow> {
+    let mut row = empty(about, quantity, "mm");
     row.truth = json!("surface");
     if let Some(mesh) = mesh {
-        row.error = Some(1e3 * mean_distance(mesh, right)?);
+        row.error = Some(1e3 * distance(mesh, right)?);
         row.estimate = json!("surface");
         row.status = "derived".into();
     }

@@ -22,6 +22,14 @@ pub struct Anchor {
     pub rotation: f64,
 }
 
+/// Share of an axis or origin's standard deviation that the noise model leaves out: errors of a tracker that last
+/// longer than one interaction do not average out over its rows.
+const UNDERSTATED: f64 = 1.35;
+/// Floor of an axis' standard deviation, rad: marker and link are aligned no better than that.
+const ALIGNMENT: f64 = 7e-4;
+/// Floor of an origin's standard deviation, m.
+const PLACEMENT: f64 = 5e-5;
+
 /// The joint that the best candidate describes. `held` is the probability that the two are held at all.
 pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: &Placement, held: f64) -> Joint {
     let best = &selection.candidates[0];
@@ -151,7 +159,10 @@ fn axis_and_origin(
         turn * Matrix3::from_iterator(in_parent.iter().copied()) * turn.transpose()
     };
     let across = Matrix3::identity() - axis * axis.transpose();
-    let axis_spread = spread(fit.axis_map()) + across * anchor.rotation.powi(2);
+    let widened =
+        (spread(fit.axis_map()) + across * anchor.rotation.powi(2)) * UNDERSTATED.powi(2) + across * ALIGNMENT.powi(2);
+    // Along itself a unit vector errs in second order only: 1 - cos(error).
+    let axis_spread = widened + axis * axis.transpose() * widened.trace().powi(2);
     let translational = matches!(
         fit.manifold.kind,
         JointKind::Prismatic | JointKind::Fixed | JointKind::Planar
@@ -176,7 +187,8 @@ fn axis_and_origin(
             free_along(placement, &axis)
         };
         let slide = axis * axis.transpose() * open.powi(2);
-        (origin, spread(fit.point_map(along * sign)) + placed + slide)
+        let fitted = (spread(fit.point_map(along * sign)) + placed) * UNDERSTATED.powi(2);
+        (origin, fitted + Matrix3::identity() * PLACEMENT.powi(2) + slide)
     };
     let sd = |m: &Matrix3<f64>| std::array::from_fn(|i| m[(i, i)].max(0.0).sqrt());
     let method = "relative-motion";

@@ -23,7 +23,8 @@ pub fn travelled(travels: &[Travel]) -> [f64; 2] {
 }
 
 /// The limits, where at least one end was run into. `sd` is the noise of one position; an end that was not
-/// reached is given as far as the joint travelled, with an interval that is open by the whole range.
+/// reached is given as far as the joint travelled, with an interval that is open by the whole range outwards and
+/// by the noise of an extreme inwards.
 pub fn limits(pair: &Pair, travels: &[Travel], sd: f64, unit: &str) -> Option<Estimate<[f64; 2]>> {
     let [low, high] = travelled(travels);
     let (at_low, at_high) = (reached(pair, travels, sd, -1.0), reached(pair, travels, sd, 1.0));
@@ -41,10 +42,10 @@ pub fn limits(pair: &Pair, travels: &[Travel], sd: f64, unit: &str) -> Option<Es
     let mut estimate = Estimate::measured([lower.0, upper.0], [lower.1, upper.1], unit, from, "end-stop");
     if let Some(interval) = estimate.ci95.as_mut() {
         if at_low.is_none() {
-            interval[0] = [low - range, low];
+            interval[0] = [low - range, low + 4.0 * sd];
         }
         if at_high.is_none() {
-            interval[1] = [high, high + range];
+            interval[1] = [high - 4.0 * sd, high + range];
         }
     }
     Some(estimate)

@@ -122,11 +122,17 @@ pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
         .map(smoothed)
         .collect();
     let sums = gather(judged.iter());
+    let curves = traces
+        .iter()
+        .flat_map(|t| &t.curves)
+        .filter(|c| c.quantity == Quantity::Force);
+    let reading = curves.filter_map(|c| c.noise).fold(0.0, f64::max);
     let fits = |quantity: &Quantity, s: &Sums| {
+        // A tare may be off by as much as one averaged reading scatters.
         let allowed = match quantity {
-            Quantity::Force | Quantity::Torque => config.tolerance * s.signal(),
-            // A millimetre is what the reconstructed surface itself may be off.
-            Quantity::Position => (config.tolerance * s.signal()).max(1e-3),
+            Quantity::Force | Quantity::Torque => (config.tolerance * s.signal()).max(reading),
+            // The reconstructed surface itself may be off by a millimetre.
+            Quantity::Position => (config.tolerance * s.signal()).max(config.position_tolerance),
             Quantity::Rotation => (config.tolerance * s.signal()).max(config.rotation_tolerance),
         };
         s.excess() <= allowed.max(2.0 * s.floor() / s.count.sqrt())

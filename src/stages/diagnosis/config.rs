@@ -8,6 +8,8 @@ pub struct Config {
     /// Share of the signal that push-to-push scatter and the closed-form models may miss before a misfit
     /// counts as one: dry friction itself scatters by 1 to 2 %.
     pub tolerance: f64,
+    /// Distance that the reconstructed surface and the same scatter may leave, m.
+    pub position_tolerance: f64,
     /// Rotation that the same scatter may leave, rad.
     pub rotation_tolerance: f64,
 }
@@ -16,6 +18,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             tolerance: 0.05,
+            position_tolerance: 1.5e-3,
             rotation_tolerance: 0.035,
         }
     }
@@ -24,7 +27,7 @@ impl Default for Config {
 impl Config {
     /// Refuses settings that cannot work.
     pub fn check(&self) -> Result<()> {
-        if self.tolerance > 0.0 && self.rotation_tolerance > 0.0 {
+        if self.tolerance > 0.0 && self.position_tolerance > 0.0 && self.rotation_tolerance > 0.0 {
             return Ok(());
         }
         Err(Error::Usage("diagnosis: the tolerances must be positive".into()))

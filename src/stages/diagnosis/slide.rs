@@ -40,7 +40,14 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
     let predicted_along: Vec<f64> = found.prediction.force.iter().map(|f| f.dot(direction)).collect();
     let first_touch = found.contact.first().map_or(f64::INFINITY, |c| c.0);
     let speed = tool_speed(action, &found.prediction.time);
-    let steady_speed = STEADY * speed.iter().copied().fold(0.0, f64::max);
+    let last_touch = found.contact.last().map_or(f64::NEG_INFINITY, |c| c.1);
+    let touching = found
+        .prediction
+        .time
+        .iter()
+        .zip(&speed)
+        .filter(|(t, _)| (first_touch..=last_touch).contains(*t));
+    let steady_speed = STEADY * touching.map(|(_, v)| *v).fold(0.0, f64::max);
     let at = |t: &f64| {
         let value = interpolate(&found.prediction.time, &predicted_along, *t)?;
         let steady = *t > first_touch + SETTLE && interpolate(&found.prediction.time, &speed, *t)? > steady_speed;

@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
 
 use super::Config;
+use super::drag::{Drag, less_drag, parted_friction, table_drag};
 use super::evidence::{mean_wrench, motion_at, tare_of, tool_at};
 use super::facts::{Ground, subject};
-use super::pool::relative_sd;
+use super::parting::{Parted, part};
 use super::push::steadiness;
 use super::resolve::STAGE;
-use super::solid::solid_of;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{Capture, Interaction, PhaseKind, PoseStream, Segmented};
 use crate::math::{LinearFit, effective_samples, quantile, robust_linear};
@@ -33,12 +33,6 @@ struct Trial {
     loads: Vec<Load>,
     /// Relative standard deviation of the force's jerking.
     chatter: f64,
-}
-
-/// Friction that the child feels from the table, along the freedom of the joint.
-struct Drag {
-    value: f64,
-    sd: f64,
 }
 
 /// Writes friction, damping and spring of every revolute and prismatic joint of the twin.
@@ -66,7 +60,8 @@ pub(super) fn joint_dynamics(
             continue;
         }
         let drag = table_drag(&joint, model, ground);
-        let found = conclude(&trials, drag, &joint, notices);
+        let parted = part(capture, segmented, &joint, model, ground, config);
+        let found = conclude(&trials, drag, parted, &joint, notices);
         for body in &mut model.twin.bodies {
             for target in body
                 .joints
@@ -81,7 +76,13 @@ pub(super) fn joint_dynamics(
 
 type Dynamics = (Option<Estimate>, Option<Estimate>, Option<Estimate>);
 
-fn conclude(trials: &[Trial], drag: Option<Drag>, joint: &Joint, notices: &mut Notices) -> Dynamics {
+fn conclude(
+    trials: &[Trial],
+    drag: Option<Drag>,
+    parted: Option<Parted>,
+    joint: &Joint,
+    notices: &mut Notices,
+) -> Dynamics {
     let from: Vec<String> = trials.iter().map(|t| t.interaction.clone()).collect();
     let revolute = joint.kind == JointKind::Revolute;
     let units = if revolute {
@@ -106,16 +107,19 @@ fn conclude(trials: &[Trial], drag: Option<Drag>, joint: &Joint, notices: &mut N
             experiment: "move the joint at half and at twice the speed".into(),
         });
     }
-    match drag {
-        Some(drag) if drag.value < law.friction.0 => {
-            friction = less_drag(&friction, &drag, joint, units[0], notices);
-        }
-        Some(_) => notices.note(
-            STAGE,
-            &joint.name,
-            "the load is less than the child's friction on the support would be: it is taken to hang free of it",
-        ),
-        None => {}
+    if let (Some(_), Some(parted), JointKind::Revolute) = (&drag, parted, joint.kind) {
+        friction = parted_friction(&parted, units[0]);
+    } else if let Some(drag) = drag.as_ref().filter(|d| free_of(d, joint.kind) > law.friction.0) {
+        let message = format!(
+            "the load is {:.4} {}, less than the child's friction on the support would be ({:.4} or more): it is taken \
+             to hang free of it",
+            law.friction.0,
+            units[0],
+            free_of(drag, joint.kind)
+        );
+        notices.note(STAGE, &joint.name, message);
+    } else if let Some(drag) = drag {
+        friction = less_drag(&friction, &drag, joint, units[0], notices);
     }
     (
         Some(friction),
@@ -124,30 +128,14 @@ fn conclude(trials: &[Trial], drag: Option<Drag>, joint: &Joint, notices: &mut N
     )
 }
 
-/// The joint's own friction where the child also drags over the support: the difference, and only assumed.
-fn less_drag(total: &Estimate, drag: &Drag, joint: &Joint, unit: &str, notices: &mut Notices) -> Estimate {
-    let known = format!(
-        "friction({}) + table friction of {} = {:.4} {unit}",
-        joint.name, joint.child, total.value
-    );
-    notices.warn(
-        STAGE,
-        &joint.name,
-        format!("the child may slide on the support while it moves: only {known} is measured"),
-    );
-    let sd = (relative_sd(total) * total.value).hypot(drag.sd);
-    let value = (total.value - drag.value).max(0.0);
-    let method = "joint-load less table friction by volume";
-    // Whether it drags at all, the shapes tell to a few millimetres only: all of the load may be the joint's.
-    let mut parted = Estimate::measured(value, sd, unit, total.from.clone(), method)
-        .with_interval([(value - 1.96 * sd).max(0.0), total.value * 1.1]);
-    parted.status = Status::Assumed;
-    parted.confounded = Some(Confounded {
-        with: vec![format!("friction_force.kinetic({})", joint.child)],
-        known,
-        experiment: "move the joint with the child off the support, or weigh the child".into(),
-    });
-    parted
+/// The drag that a load must reach for the child to bear on the support, N or N·m: of a slide, which mostly rides in
+/// its parent, the likely one; of a hinge, whose links mostly stand side by side, the least.
+fn free_of(drag: &Drag, kind: JointKind) -> f64 {
+    if kind == JointKind::Prismatic {
+        drag.value
+    } else {
+        drag.least
+    }
 }
 
 /// `load = friction sign(speed) + damping speed + spring (position - rest)` with what the motion excites.
@@ -352,42 +340,5 @@ fn trial_of(
         interaction: interaction.name.clone(),
         loads,
         chatter: chatter.min(0.5),
-    })
-}
-
-/// The table's drag on a child that stands on it, along the freedom of the joint; `None` where it does not
-/// stand on it, as far as the shapes say.
-fn table_drag(joint: &Joint, model: &Model, ground: &Ground) -> Option<Drag> {
-    let link = model
-        .twin
-        .links()
-        .find(|(_, l)| l.name == joint.child)
-        .map(|(_, l)| l)?;
-    let mesh = model.meshes.get(link.mesh.as_ref()?)?;
-    let heights = mesh
-        .vertices
-        .iter()
-        .map(|v| (link.pose.0 * v - ground.point).dot(&ground.plane.normal));
-    let lowest = heights.fold(f64::INFINITY, f64::min);
-    if lowest > 5e-3 {
-        return None;
-    }
-    let force = link.friction_force.kinetic.as_ref()?;
-    let solid = solid_of(mesh)?;
-    let arm = match joint.kind {
-        JointKind::Revolute => {
-            let axis = Vector3::from(joint.axis.value);
-            let out = link.pose.0 * solid.centroid - Point3::from(joint.origin.value);
-            let across = out - axis * axis.dot(&out);
-            // Mean distance of the footprint from the axis: its centre and its own spread.
-            let spread = 0.27 * (solid.extent - axis.map(f64::abs).component_mul(&solid.extent)).norm();
-            (across.norm_squared() + spread * spread).sqrt()
-        }
-        _ => 1.0,
-    };
-    let relative = relative_sd(force).hypot(0.15);
-    Some(Drag {
-        value: force.value * arm,
-        sd: relative * force.value * arm,
     })
 }

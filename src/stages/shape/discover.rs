@@ -9,6 +9,14 @@ use crate::geometry::{Mesh, UnionFind, number_sets, submesh};
 
 /// Least seen area of a thing, m².
 const LEAST_AREA: f64 = 3e-4;
+/// Least area of a piece of a room that is a thing of its own, m².
+const LEAST_LARGE: f64 = 4e-3;
+/// Highest above the support that the seen surface of a thing begins, m.
+const STANDING: f64 = 0.08;
+/// Farthest that a small piece lies from the thing that it joins, m.
+const CRUMB_REACH: f64 = 0.012;
+/// Fewest vertices of a piece of a scene.
+const CRUMB: usize = 60;
 /// Farthest that a named frame may lie from the thing that takes its name, m.
 const REACH: f64 = 0.15;
 /// How much farther a frame may be from a thing that has no name yet, m.
@@ -80,6 +88,77 @@ fn join_pieces(mesh: &Mesh, gap: f64) -> (Vec<u32>, usize) {
         }
     }
     number_sets(&mut sets, mesh.vertices.len())
+}
+
+/// Of the pieces that a room leaves: crumbs join the larger piece they all but touch, and what neither is large
+/// nor stands near the support nor bears a frame is added to `outer`.
+pub fn standing(things: Vec<Thing>, frames: &[Point3<f64>], outer: &mut Mesh, notices: &mut Notices) -> Vec<Thing> {
+    let is_large = |thing: &Thing| thing.surface.area() > LEAST_LARGE;
+    let stands = |thing: &Thing| thing.bounds().0.z < STANDING;
+    let named = |thing: &Thing| frames.iter().any(|f| distance_to_box(f, thing.bounds()) < PASSED_OVER);
+    let (mut kept, rest): (Vec<Thing>, Vec<Thing>) =
+        things.into_iter().partition(|t| named(t) || (is_large(t) && stands(t)));
+    let mut dropped = Vec::new();
+    for piece in rest {
+        let near = |thing: &Thing| surface_gap(&piece.surface, &thing.surface);
+        let host = (0..kept.len())
+            .map(|i| (near(&kept[i]), i))
+            .filter(|(gap, _)| *gap < CRUMB_REACH)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        match host {
+            Some((_, i)) if !is_large(&piece) => kept[i].surface.append(&piece.surface),
+            _ => {
+                outer.append(&piece.surface);
+                let bottom = piece.bounds().0.z;
+                dropped.push(format!("{:.0} cm² from {bottom:.2} m up", piece.surface.area() * 1e4));
+            }
+        }
+    }
+    if !dropped.is_empty() {
+        let words = format!(
+            "{} pieces do not stand on the support or are too small to be things: {}",
+            dropped.len(),
+            dropped.join(", ")
+        );
+        notices.note("shape", "views", words);
+    }
+    kept
+}
+
+/// Smallest distance between vertices of two surfaces, of every few vertices, m; large where their boxes are
+/// farther apart than crumbs are joined over.
+fn surface_gap(a: &Mesh, b: &Mesh) -> f64 {
+    let (Some(one), Some(two)) = (a.bounds(), b.bounds()) else {
+        return f64::INFINITY;
+    };
+    let apart = (two.0 - one.1)
+        .sup(&(one.0 - two.1))
+        .sup(&nalgebra::Vector3::zeros())
+        .norm();
+    if apart > CRUMB_REACH {
+        return f64::INFINITY;
+    }
+    let few = |m: &Mesh| -> Vec<Point3<f64>> {
+        let step = (m.vertices.len() / 2000).max(1);
+        m.vertices.iter().step_by(step).copied().collect()
+    };
+    let (one, two) = (few(a), few(b));
+    one.iter()
+        .flat_map(|p| two.iter().map(move |q| (p - q).norm()))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The surface without the pieces that are too small to matter.
+pub fn without_crumbs(surface: &Mesh) -> Mesh {
+    let (piece, count) = crate::geometry::vertex_components(surface);
+    let mut size = vec![0_usize; count];
+    for p in &piece {
+        size[*p as usize] += 1;
+    }
+    submesh(surface, |t| {
+        size[piece[surface.triangles[t][0] as usize] as usize] >= CRUMB
+    })
+    .0
 }
 
 /// One of each opposite pair of the 26 neighbours of a cell.

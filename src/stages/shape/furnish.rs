@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::seat::seat_stacks;
 use super::{Config, ShapedObject, Shapes};
 use crate::base::Notices;
 use crate::geometry::{DecompositionConfig, convex_parts, is_closed_manifold, silhouette, simplify, superquadric_fit};
@@ -14,6 +15,10 @@ const PRINCIPAL: [(&str, Vector3<f64>, Vector3<f64>); 3] = [
     ("side", Vector3::new(-1.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0)),
     ("top", Vector3::new(0.0, 0.0, -1.0), Vector3::new(0.0, 1.0, 0.0)),
 ];
+/// Triangles above which a mesh is simplified further, as far as noisy views allow.
+const MOST_TRIANGLES: usize = 20_000;
+/// How far such simplification may move a surface, voxels.
+const MOST_ERROR: f64 = 0.75;
 /// Pixels of the longer side of a silhouette.
 const PIXELS: usize = 256;
 
@@ -23,6 +28,7 @@ pub fn furnish(shapes: &mut Shapes, config: &Config, notices: &mut Notices) {
         .objects
         .par_iter_mut()
         .for_each(|object| furnish_one(object, config));
+    seat_stacks(shapes, config.voxel);
     for object in &shapes.objects {
         if let Err(fault) = is_closed_manifold(&object.mesh) {
             notices.warn("shape", &object.name, format!("its mesh is not closed: {fault}"));
@@ -38,7 +44,12 @@ pub fn furnish(shapes: &mut Shapes, config: &Config, notices: &mut Notices) {
 }
 
 fn furnish_one(object: &mut ShapedObject, config: &Config) {
-    let fewer = simplify(&object.mesh, config.simplification * config.voxel);
+    let mut error = config.simplification * config.voxel;
+    let mut fewer = simplify(&object.mesh, error);
+    while fewer.triangles.len() > MOST_TRIANGLES && error < MOST_ERROR * config.voxel {
+        error *= 1.5;
+        fewer = simplify(&fewer, error);
+    }
     if is_closed_manifold(&fewer).is_ok() || is_closed_manifold(&object.mesh).is_err() {
         object.mesh = fewer;
     }

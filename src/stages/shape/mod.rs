@@ -8,11 +8,13 @@ mod fuse;
 mod lens;
 mod range;
 mod reconstruct;
+mod seat;
 mod solid;
 mod split;
 mod support;
 mod surface;
 mod volume;
+mod walls;
 
 #[cfg(test)]
 #[expect(

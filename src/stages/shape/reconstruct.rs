@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::Config;
 use super::anchor::{anchors, origins};
-use super::discover::{Thing, discover, give_names};
+use super::discover::{Thing, discover, give_names, standing, without_crumbs};
 use super::fuse::{blocks_near_points, integrate, ranges};
 use super::range::Range;
 use super::solid::Part;
@@ -15,15 +15,21 @@ use super::split::{Split, split};
 use super::support::{Ground, find_support};
 use super::surface::open_surface;
 use super::volume::{FOREIGN, Volume};
+use super::walls::clear_walls;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
-use crate::geometry::{Field, Mesh, Silhouette, parse_mesh};
+use crate::geometry::{Field, Mesh, Silhouette, parse_mesh, simplify, submesh};
 use crate::twin::{Superquadric, SupportPlane};
 
 /// Most blocks of a sparse field: bounds its memory near 200 MB.
 const MOST_BLOCKS: usize = 14_000;
 /// Most voxels of the dense volume around one thing: bounds its memory near 250 MB.
 const MOST_VOXELS: f64 = 6e6;
+
+/// Voxels of the scene as a whole, in voxels of the things.
+const SCENE_COARSENESS: f64 = 2.0;
+/// Most triangles of the scene as a whole.
+const MOST_SCENE_TRIANGLES: usize = 150_000;
 
 /// What the views show: the table and the things on it.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +38,9 @@ pub struct Shapes {
     pub support: Option<SupportPlane>,
     /// The things, named as `docs/capture-format.md` says.
     pub objects: Vec<ShapedObject>,
+    /// All that the views show, as an open coloured surface in the world frame; only where no support is given,
+    /// so that the things are in a place that is worth showing.
+    pub scene: Option<Mesh>,
 }
 
 /// One thing with its closed mesh.
@@ -71,6 +80,7 @@ pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) ->
         return Ok(Shapes {
             support,
             objects: given,
+            scene: None,
         });
     }
     let mut ranges = ranges(capture);
@@ -79,17 +89,24 @@ pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) ->
         range.camera_from_field *= ground.world_from_field;
     }
     let floor = floor_above(&ground, config);
-    let mut things = find_things(&ranges, config, floor, notices);
+    let scene = capture
+        .support
+        .is_none()
+        .then(|| scene(&ranges, config, &ground, notices));
+    let up = ground.world_from_field.rotation.inverse() * -capture.gravity.normalize();
+    let room_up = scene.is_some().then_some(up);
     let named = origins(&anchors, &ground.world_from_field.inverse());
+    let (mut things, room) = find_things(&ranges, config, floor, &named, room_up.as_ref(), notices);
     for name in give_names(&mut things, named) {
         notices.note("shape", &name, "it is tracked, but the views do not show it");
     }
-    let seen = make_solids(&ranges, &things, config, floor, &ground, notices);
+    let seen = make_solids(&ranges, (&things, &room), config, floor, &ground, notices);
     let mut objects = name_and_place(seen, &anchors, &ground.world_from_field);
     put_given(&mut objects, given);
     Ok(Shapes {
         support: ground.plane,
         objects,
+        scene,
     })
 }
 
@@ -138,10 +155,54 @@ fn sparse_field(
     field
 }
 
-fn find_things(ranges: &[Range], config: &Config, floor: f64, notices: &mut Notices) -> Vec<Thing> {
+/// The things, and the surface around them that belongs to none; `room_up`, against gravity, where there may
+/// be walls.
+fn find_things(
+    ranges: &[Range],
+    config: &Config,
+    floor: f64,
+    named: &[(String, Point3<f64>)],
+    room_up: Option<&Vector3<f64>>,
+    notices: &mut Notices,
+) -> (Vec<Thing>, Mesh) {
     let field = sparse_field(ranges, config, |p| p.z > floor, "views", notices);
     let surface = open_surface(&field);
-    discover(&surface, floor, 1.5 * field.voxel, notices)
+    let Some(up) = room_up else {
+        return (discover(&surface, floor, 1.5 * field.voxel, notices), Mesh::default());
+    };
+    let (above, _) = submesh(&surface, |t| surface.corners(t).iter().all(|p| p.z > floor));
+    let frames: Vec<Point3<f64>> = named.iter().map(|(_, p)| *p).collect();
+    let mut room = clear_walls(above, ranges, up, &frames, notices);
+    let pieces = discover(&room.inner, floor, 3.0 * field.voxel, notices);
+    let (remains, pieces): (Vec<Thing>, Vec<Thing>) = pieces.into_iter().partition(|p| room.is_remains(&p.surface));
+    for piece in remains {
+        let area = piece.surface.area() * 1e4;
+        notices.note(
+            "shape",
+            "views",
+            format!("a piece of {area:.0} cm² is left over of a wall"),
+        );
+        room.outer.append(&piece.surface);
+    }
+    let things = standing(pieces, &frames, &mut room.outer, notices);
+    (things, room.outer)
+}
+
+/// All that the views show, in the world frame, coarser than the things.
+fn scene(ranges: &[Range], config: &Config, ground: &Ground, notices: &mut Notices) -> Mesh {
+    let coarse = Config {
+        voxel: SCENE_COARSENESS * config.voxel,
+        ..config.clone()
+    };
+    let field = sparse_field(ranges, &coarse, |_| true, "scene", notices);
+    let mut mesh = without_crumbs(&open_surface(&field));
+    let mut error = 0.1 * field.voxel;
+    mesh = simplify(&mesh, error);
+    while mesh.triangles.len() > MOST_SCENE_TRIANGLES {
+        error *= 2.0;
+        mesh = simplify(&mesh, error);
+    }
+    mesh.transformed(&ground.world_from_field)
 }
 
 /// A body's closed mesh in the field's frame, with the name that it was found under.
@@ -152,7 +213,7 @@ struct Solid {
 
 fn make_solids(
     ranges: &[Range],
-    things: &[Thing],
+    (things, room): (&[Thing], &Mesh),
     config: &Config,
     floor: f64,
     ground: &Ground,
@@ -161,7 +222,7 @@ fn make_solids(
     let mut solids = Vec::new();
     for (i, thing) in things.iter().enumerate() {
         let parts = split(thing, config.voxel, notices);
-        let volume = volume_of(ranges, things, i, &parts, config, floor, notices);
+        let volume = volume_of(ranges, (things, room), i, &parts, config, floor, notices);
         for body in 0..thing.named.len().max(1) as u32 {
             let part = Part {
                 volume: &volume,
@@ -185,7 +246,7 @@ fn make_solids(
 
 fn volume_of(
     ranges: &[Range],
-    things: &[Thing],
+    (things, room): (&[Thing], &Mesh),
     which: usize,
     parts: &Split,
     config: &Config,
@@ -211,11 +272,13 @@ fn volume_of(
     }
     let mut volume = Volume::build(ranges, voxel, config.truncation * voxel, floor, bounds);
     let foreign: Vec<Vec<u32>> = things.iter().map(|t| vec![FOREIGN; t.surface.vertices.len()]).collect();
-    let surfaces: Vec<(&Mesh, &[u32])> = things
+    let walls = vec![FOREIGN; room.vertices.len()];
+    let mut surfaces: Vec<(&Mesh, &[u32])> = things
         .iter()
         .enumerate()
         .map(|(j, t)| (&t.surface, if j == which { &parts.labels[..] } else { &foreign[j][..] }))
         .collect();
+    surfaces.push((room, &walls[..]));
     volume.claim(&surfaces);
     volume
 }

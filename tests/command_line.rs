@@ -1,0 +1,189 @@
+//! The command line as a user meets it: exit codes, messages, determinism, odd captures.
+#![allow(
+    clippy::expect_used,
+    clippy::disallowed_macros,
+    reason = "a test says what it found and stops"
+)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn palpate(words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_palpate"))
+        .args(words)
+        .output()
+        .expect("palpate runs")
+}
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+/// Every file below a folder by its path, with its bytes.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(&next).expect("listed") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                found.insert(
+                    text(path.strip_prefix(folder).expect("below")),
+                    fs::read(&path).expect("read"),
+                );
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn same_seed_same_bytes_whatever_the_threads() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| dir.path().join(name);
+    for (name, threads) in [("c1", "1"), ("c2", "2")] {
+        let made = palpate(&[
+            "synth",
+            "lab:tiny",
+            "--out",
+            &text(&at(name)),
+            "--threads",
+            threads,
+            "-q",
+            "--seed",
+            "7",
+        ]);
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    }
+    assert!(
+        files(&at("c1")) == files(&at("c2")),
+        "captures differ between one and two threads"
+    );
+    for (name, threads) in [("t1", "1"), ("t2", "2"), ("t3", "2")] {
+        let made = palpate(&[
+            "reconstruct",
+            &text(&at("c1")),
+            "--out",
+            &text(&at(name)),
+            "--threads",
+            threads,
+            "-q",
+        ]);
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    }
+    let first = files(&at("t1"));
+    assert!(first.contains_key("twin.json") && first.contains_key("report.html") && first.contains_key("scene.glb"));
+    for other in ["t2", "t3"] {
+        for (name, bytes) in files(&at(other)) {
+            assert!(first.get(&name) == Some(&bytes), "{name} differs in {other}");
+        }
+    }
+}
+
+#[test]
+fn wrong_usage_exits_with_two_and_one_message() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let foreign = dir.path().join("mine");
+    fs::create_dir(&foreign).expect("made");
+    fs::write(foreign.join("thesis.txt"), "years of work").expect("written");
+    let capture = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/tiny/capture");
+    let cases: [(&[&str], &str); 6] = [
+        (&["reconstrct"], "reconstruct"),
+        (
+            &["reconstruct", capture, "--out", "x", "--pass", "shap"],
+            "did you mean shape",
+        ),
+        (&["reconstruct", "/nowhere", "--out", "x"], "/nowhere"),
+        (
+            &["reconstruct", capture, "--out", &text(&foreign)],
+            "will not be replaced",
+        ),
+        (&["schema", "twn"], "did you mean twin"),
+        (&["synth", "lab:tinny", "--out", "x"], "tiny"),
+    ];
+    for (words, expected) in cases {
+        let out = palpate(words);
+        let message = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{words:?}: {message}");
+        assert!(message.contains(expected), "{words:?}: {message}");
+    }
+    assert_eq!(
+        fs::read_to_string(foreign.join("thesis.txt")).expect("kept"),
+        "years of work"
+    );
+}
+
+#[test]
+fn every_command_shows_an_example() {
+    for command in [
+        "demo",
+        "synth",
+        "reconstruct",
+        "inspect",
+        "schema",
+        "score",
+        "check",
+        "view",
+        "calibrate",
+    ] {
+        let out = palpate(&[command, "--help"]);
+        assert!(out.status.success());
+        assert!(
+            String::from_utf8_lossy(&out.stdout).contains("Example"),
+            "{command} --help has no example"
+        );
+    }
+}
+
+#[test]
+fn schemas_and_json_results_are_json() {
+    for format in ["capture", "twin", "diagnosis", "truth"] {
+        let out = palpate(&["schema", format]);
+        let schema: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+        assert!(schema.get("properties").is_some(), "{format}");
+    }
+    let capture = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/tiny/capture");
+    let out = palpate(&["inspect", capture, "--json"]);
+    serde_json::from_slice::<serde_json::Value>(&out.stdout).expect("JSON");
+}
+
+/// The golden capture with one list of its document emptied.
+fn without(key: &str, to: &Path) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/tiny/capture");
+    for (name, bytes) in files(&from) {
+        let path = to.join(&name);
+        fs::create_dir_all(path.parent().expect("a parent")).expect("made");
+        fs::write(path, bytes).expect("written");
+    }
+    let document = to.join("capture.json");
+    let mut json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&document).expect("read")).expect("JSON");
+    json.as_object_mut().expect("an object").remove(key);
+    fs::write(document, json.to_string()).expect("written");
+}
+
+#[test]
+fn captures_without_views_or_without_touches_are_reconstructed() {
+    for key in ["views", "interactions", "support"] {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let capture = dir.path().join("capture");
+        without(key, &capture);
+        let twin = dir.path().join("twin");
+        let out = palpate(&["reconstruct", &text(&capture), "--out", &text(&twin), "-q"]);
+        assert!(
+            out.status.success(),
+            "without {key}: {}",
+            String::from_utf8_lossy(&out.stderr)
+        );
+        let checked = palpate(&["check", &text(&twin)]);
+        assert!(
+            checked.status.success(),
+            "without {key}: {}",
+            String::from_utf8_lossy(&checked.stdout)
+        );
+    }
+}

@@ -1,6 +1,6 @@
 //! What the twin still gets wrong, and what to measure next.
 
-use super::header::unit_of;
+use super::header::{capital, unit_of};
 use super::markup::{count, escape, percent, section as framed, table};
 use super::numbers::{fixed, quantity};
 use super::rows::{COLUMNS, scalar};
@@ -9,7 +9,7 @@ use crate::twin::{BaseFit, CauseOdds, Evidence, Experiment, Finding};
 
 /// Below this p-value a residual is called notable.
 const NOTABLE: f64 = 0.01;
-const MOST_NOTABLE: usize = 12;
+const MOST_NOTABLE: usize = 8;
 
 /// Errors, residual tests, findings, experiments.
 pub fn section(run: &Run) -> String {
@@ -57,7 +57,7 @@ fn errors(base: &BaseFit) -> String {
             };
             format!(
                 "<div class=\"error\"><h3>{}</h3>{}{}</div>\n",
-                escape(name),
+                capital(name),
                 bar("rmse", "error", *rmse),
                 bar("floor", "noise", floor)
             )

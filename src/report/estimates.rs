@@ -2,13 +2,18 @@
 
 use super::markup::{count, escape, section as framed, table};
 use super::numbers::{fixed, quantity};
-use super::rows::{COLUMNS, list, scalar};
+use super::rows::{COLUMNS, cell, list, scalar};
 use crate::pipeline::Run;
-use crate::twin::{Body, Link};
+use crate::twin::{Body, Link, Twin};
 
-/// A card per body, a table per link.
+/// More links than this, and the cards start folded below the overview.
+const MOST_OPEN: usize = 4;
+
+/// An overview, then a card per body with a table per link.
 pub fn section(run: &Run) -> String {
-    let cards: String = run.model.twin.bodies.iter().map(body).collect();
+    let twin = &run.model.twin;
+    let open = twin.links().count() <= MOST_OPEN;
+    let cards: String = twin.bodies.iter().enumerate().map(|(i, b)| body(i, b, open)).collect();
     let lead = "Each number with one standard deviation and the interval that holds it at 95 %. \
         <span class=\"badge measured\">measured</span> these data fix it; \
         <span class=\"badge assumed\">assumed</span> a prior or a default, the data say little or nothing about it; \
@@ -17,11 +22,40 @@ pub fn section(run: &Run) -> String {
         "estimates",
         "Estimates",
         lead,
-        &format!("<div class=\"cards\">\n{cards}</div>\n"),
+        &format!("{}<div class=\"cards\">\n{cards}</div>\n", overview(twin)),
     )
 }
 
-fn body(body: &Body) -> String {
+/// What matters most of every link, a row each.
+fn overview(twin: &Twin) -> String {
+    let row = |number: usize, l: &Link| {
+        format!(
+            "<tr><th scope=\"row\"><a href=\"#body-{number}\">{}</a></th>{}{}{}{}{}</tr>\n",
+            escape(&l.name),
+            cell(l.mass.as_ref()),
+            cell(l.friction_force.kinetic.as_ref()),
+            cell(l.friction.static_.as_ref()),
+            cell(l.friction.kinetic.as_ref()),
+            cell(l.stiffness.as_ref()),
+        )
+    };
+    let each = twin.bodies.iter().enumerate();
+    let rows: String = each.flat_map(|(i, b)| b.links.iter().map(move |l| row(i, l))).collect();
+    let head = [
+        "Part",
+        "Mass",
+        "Force of friction",
+        "Static coefficient",
+        "Kinetic coefficient",
+        "Stiffness",
+    ];
+    format!(
+        "<div class=\"card\">{}</div>\n",
+        table("Overview of estimates", "overview", &head, &rows)
+    )
+}
+
+fn body(number: usize, body: &Body, open: bool) -> String {
     let links: String = body.links.iter().map(|l| link(l, body.links.len() > 1)).collect();
     let parts = if body.links.len() > 1 {
         format!(" <small>{}</small>", count(body.links.len(), "part", "parts"))
@@ -29,7 +63,8 @@ fn body(body: &Body) -> String {
         String::new()
     };
     format!(
-        "<article class=\"card\">\n<h3>{}{parts}</h3>\n{links}</article>\n",
+        "<details class=\"card fold\"{}>\n<summary><h3>{}{parts}</h3></summary>\n<div id=\"body-{number}\">{links}</div>\n</details>\n",
+        if open { " open" } else { "" },
         escape(&body.name)
     )
 }

@@ -52,6 +52,13 @@ fn verdict(run: &Run) -> (&'static str, &'static str, &'static str) {
     }
 }
 
+/// A name with a capital, escaped.
+pub fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    let first: String = letters.next().map(|c| c.to_uppercase().collect()).unwrap_or_default();
+    escape(&format!("{first}{}", letters.as_str()))
+}
+
 fn figure(value: &str, name: &str) -> String {
     format!("<div><dt>{name}</dt><dd>{value}</dd></div>\n")
 }
@@ -59,11 +66,6 @@ fn figure(value: &str, name: &str) -> String {
 /// Error against noise floor of each quantity.
 fn errors(run: &Run) -> String {
     let base = &run.diagnosis.base;
-    let over = if base.held_out.is_empty() {
-        "fitted touches"
-    } else {
-        "held-out touches"
-    };
     base.rmse
         .iter()
         .map(|(name, rmse)| {
@@ -74,7 +76,7 @@ fn errors(run: &Run) -> String {
                 escape(&quantity(*rmse, unit, 2.0)),
                 escape(&quantity(floor, unit, 2.0))
             );
-            figure(&value, &format!("{} error, {over}", escape(name)))
+            figure(&value, &format!("{} error", capital(name)))
         })
         .collect()
 }
@@ -97,13 +99,13 @@ pub fn section(capture: &Capture, run: &Run) -> String {
             twin.bodies.len(),
             count(links, "rigid part", "rigid parts")
         ),
-        "bodies",
+        "Bodies",
     );
-    figures.push_str(&figure(&joints.to_string(), "movable joints"));
-    figures.push_str(&figure(&relations.to_string(), "relations"));
+    figures.push_str(&figure(&joints.to_string(), "Movable joints"));
+    figures.push_str(&figure(&relations.to_string(), "Relations"));
     figures.push_str(&figure(
         &format!("{} <small>{held_out} held out</small>", capture.interactions.len()),
-        "interactions",
+        "Interactions",
     ));
     figures.push_str(&errors(run));
     format!(

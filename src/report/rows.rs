@@ -2,7 +2,7 @@
 
 use super::markup::{badge, escape, names};
 use super::numbers::{decimals, decimals_of, display, fixed, with_unit};
-use crate::base::{Confounded, Estimate};
+use crate::base::{Confounded, Estimate, Status};
 
 /// The columns of [`scalar`] and [`list`].
 pub const COLUMNS: [&str; 6] = ["Quantity", "Value", "95 % interval", "Status", "Method", "From"];
@@ -14,11 +14,16 @@ struct Component {
     interval: Option<[f64; 2]>,
 }
 
+/// Decimals for two digits of the doubt, or for one where the other components are so much larger that two are idle.
+fn sensible(sd: f64, most: usize) -> usize {
+    decimals(sd).min(most.max(decimals(10.0 * sd)))
+}
+
 /// A component as two pieces of text in the unit shown.
-fn written(c: &Component, factor: f64, unit: &str) -> (String, String) {
+fn written(c: &Component, factor: f64, unit: &str, most: usize) -> (String, String) {
     let sd = c.sd.map(|s| s * factor).filter(|s| s.is_finite() && *s > 0.0);
     let value = c.value * factor;
-    let places = sd.map_or_else(|| decimals_of(value, 4.0), decimals);
+    let places = sd.map_or_else(|| decimals_of(value, 4.0).min(most), |sd| sensible(sd, most));
     let tail = |text: String| with_unit(&text, unit);
     let shown = match sd {
         Some(sd) if unit.is_empty() || unit == "°" => {
@@ -85,10 +90,16 @@ fn row(
     let shown = display(unit, size);
     let (factor, unit) = (shown.map_or(1.0, |d| d.factor), shown.map_or(unit, |d| d.unit));
     let unit = escape(unit);
+    // Beside a component of this size, further digits of a small one say nothing.
+    let most = if components.len() > 1 {
+        decimals_of(size * factor, 3.0)
+    } else {
+        6
+    };
     let mut values = String::new();
     let mut intervals = String::new();
     for (label, component) in components {
-        let (value, interval) = written(component, factor, &unit);
+        let (value, interval) = written(component, factor, &unit, most);
         let label = if label.is_empty() {
             String::new()
         } else {
@@ -114,6 +125,28 @@ fn words(c: &Confounded) -> String {
         with.join(" and "),
         escape(c.experiment.trim_end_matches('.'))
     )
+}
+
+/// A number in a cell: value and doubt, marked where it is not measured; a dash where there is none.
+pub fn cell(e: Option<&Estimate>) -> String {
+    let Some(e) = e else {
+        return "<td class=\"num muted\">–</td>".to_owned();
+    };
+    let shown = display(&e.unit, e.value.abs());
+    let unit = escape(shown.map_or(e.unit.as_str(), |d| d.unit));
+    let unit = if unit == "1" { String::new() } else { unit };
+    let component = Component {
+        value: e.value,
+        sd: e.sd,
+        interval: None,
+    };
+    let (value, _) = written(&component, shown.map_or(1.0, |d| d.factor), &unit, 6);
+    let (class, word) = match e.status {
+        Status::Measured => ("is-measured", "measured"),
+        Status::Assumed => ("is-assumed", "assumed"),
+        Status::Known => ("is-known", "known"),
+    };
+    format!("<td class=\"num {class}\" title=\"{word}\">{value}</td>")
 }
 
 #[cfg(test)]

@@ -78,8 +78,8 @@ pub fn section(run: &Run) -> String {
         ""
     };
     let lead = format!(
-        "Drag to turn, pinch or scroll to come nearer; with the keyboard, arrow keys turn and <kbd>+</kbd> <kbd>−</kbd> \
-         <kbd>0</kbd> zoom.{sliders}"
+        "Drag to turn, pinch or scroll to come nearer; with the keyboard, the arrow keys turn, <kbd>+</kbd> and \
+         <kbd>−</kbd> zoom, <kbd>0</kbd> shows all again.{sliders}"
     );
     let content = "<div id=\"scene\">\n<div class=\"scene-view\"><p class=\"scene-none\" role=\"note\">This browser shows no \
          three-dimensional graphics (WebGL 2), so the scene cannot be drawn here. Everything else on this page is complete; \

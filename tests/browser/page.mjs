@@ -51,6 +51,10 @@ async function look({ name, args = webgl, ...options }) {
     await page.waitForTimeout(500);
     await page.screenshot({ path: path.join(out, `${name}.png`) });
     await page.screenshot({ path: path.join(out, `${name}-full.png`), fullPage: true });
+    for (const part of await page.locator('section').all()) {
+      if (name === 'no-webgl') break;
+      await part.screenshot({ path: path.join(out, `${name}-${await part.getAttribute('id')}.png`) });
+    }
     if (name === 'desktop') await exercise(page, fault);
   } finally {
     await context.close();

@@ -1,6 +1,6 @@
 // Joints: how a link moves with its slider, and the marks of axis and range. Axes are in the world at the first view.
 import {
-  BufferGeometry, ConeGeometry, CylinderGeometry, DoubleSide, Group, Line, LineBasicMaterial, Matrix4, Mesh,
+  Box3, BufferGeometry, ConeGeometry, CylinderGeometry, DoubleSide, Group, Line, LineBasicMaterial, Matrix4, Mesh,
   MeshBasicMaterial, Quaternion, RingGeometry, SphereGeometry, Vector3,
 } from 'three';
 
@@ -83,11 +83,18 @@ function fan(freedom, origin, towards, radius) {
   return group;
 }
 
+/** The middle of a link's mesh at the first view, world. */
+function middle(link) {
+  if (!link.mesh) return new Vector3().setFromMatrixPosition(link.start);
+  const box = new Box3().setFromBufferAttribute(link.mesh.geometry.getAttribute('position'));
+  return box.getCenter(new Vector3()).applyMatrix4(link.start);
+}
+
 function marks(joint, list, stage, child) {
   const group = new Group();
   const origin = new Vector3(...joint.origin);
   const size = 0.012 * stage.radius;
-  const centre = child ? new Vector3().setFromMatrixPosition(child.start) : origin;
+  const centre = child ? middle(child) : origin;
   for (const freedom of list) {
     const reach = 0.24 * stage.radius;
     if (freedom.kind === 't') {

@@ -4,6 +4,9 @@ import {
   SphereGeometry, Vector3,
 } from 'three';
 
+// More planes than this hide the thing that they mirror.
+const SHOWN = 3;
+
 function centreOfMass(stage, link) {
   const group = new Group();
   const size = 0.014 * stage.radius;
@@ -29,17 +32,19 @@ function symmetryPlane(stage, link, plane) {
   const box = new Box3().setFromBufferAttribute(link.mesh.geometry.getAttribute('position'));
   const centre = box.getCenter(new Vector3());
   const normal = new Vector3(...plane.normal).normalize();
-  const half = 0.62 * box.getSize(new Vector3()).length();
+  const size = box.getSize(new Vector3());
+  // Sides of the sheet along the edges of the box where the normal allows it, and a little longer than the box.
+  const side = [0, 1, 2].map((i) => new Vector3().setComponent(i, 1)).sort((a, b) => Math.abs(a.dot(normal)) - Math.abs(b.dot(normal)))[0];
+  const x = side.clone().addScaledVector(normal, -side.dot(normal)).normalize();
+  const y = new Vector3().crossVectors(normal, x);
+  const half = (d) => 0.58 * (Math.abs(d.x) * size.x + Math.abs(d.y) * size.y + Math.abs(d.z) * size.z) + 0.012 * stage.radius;
+  const [wide, high] = [half(x), half(y)];
   const color = 0xcc79a7;
-  const sheet = new Mesh(new PlaneGeometry(2 * half, 2 * half), new MeshBasicMaterial({ color, transparent: true, opacity: 0.2, side: DoubleSide, depthWrite: false }));
-  const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].map(([x, y]) => new Vector3(half * x, half * y, 0));
+  const sheet = new Mesh(new PlaneGeometry(2 * wide, 2 * high), new MeshBasicMaterial({ color, transparent: true, opacity: 0.2, side: DoubleSide, depthWrite: false }));
+  const corners = [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].map(([a, b]) => new Vector3(wide * a, high * b, 0));
   const rim = new Line(new BufferGeometry().setFromPoints(corners), new LineBasicMaterial({ color }));
   const group = new Group();
   group.add(sheet, rim);
-  // Sides of the sheet along the edges of the box where the normal allows it.
-  const side = ['x', 'y', 'z'].map((k, i) => new Vector3().setComponent(i, 1)).sort((a, b) => Math.abs(a.dot(normal)) - Math.abs(b.dot(normal)))[0];
-  const x = side.clone().addScaledVector(normal, -side.dot(normal)).normalize();
-  const y = new Vector3().crossVectors(normal, x);
   group.matrixAutoUpdate = false;
   const at = centre.clone().addScaledVector(normal, plane.offset - centre.dot(normal));
   group.matrix.makeBasis(x, y, normal).setPosition(at);
@@ -73,7 +78,7 @@ export function buildMarks(stage, data, links) {
       coms.push(mark);
     }
     if (link.mesh) {
-      for (const plane of link.data.symmetry) {
+      for (const plane of link.data.symmetry.slice(0, SHOWN)) {
         const mark = symmetryPlane(stage, link, plane);
         mark.visible = false;
         link.group.add(mark);

@@ -73,7 +73,7 @@ export function buildPanel(root, stage, { links, joints, marks }) {
       stage.draw();
     }, 'Where the surface was closed or mirrored, not seen');
   }
-  if (marks.planes.length) toggle(switches, 'Symmetry', false, show(marks.planes), 'Planes of reflection');
+  if (marks.planes.length) toggle(switches, 'Symmetry', false, show(marks.planes), 'Planes of reflection, the best three of each link');
   const sliders = root.querySelector('.scene-sliders');
   const resets = [];
   for (const joint of movable) {

@@ -1,6 +1,6 @@
 // Camera, light, table, keys, and drawing on demand.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CircleGeometry, Color, DirectionalLight, Group, HemisphereLight,
+  AmbientLight, Box3, BufferAttribute, BufferGeometry, CircleGeometry, Color, DirectionalLight, Group, HemisphereLight,
   LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, PCFShadowMap, PerspectiveCamera, Quaternion, Scene,
   ShadowMaterial, Spherical, SRGBColorSpace, Vector3, WebGLRenderer,
 } from 'three';
@@ -30,6 +30,7 @@ export class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.theme = window.matchMedia('(prefers-color-scheme: dark)');
     this.pending = false;
+    this.measure();
   }
 
   get dark() {
@@ -43,47 +44,39 @@ export class Stage {
   }
 
   begin() {
-    this.measure();
     this.light();
     this.table();
     this.keys();
-    this.home();
     this.theme.addEventListener('change', () => {
       this.listeners.forEach((listener) => listener(this.dark));
       this.draw();
     });
     new ResizeObserver(() => this.resize()).observe(this.view);
     this.resize();
+    this.home();
   }
 
   measure() {
-    const low = new Vector3(Infinity, Infinity, Infinity);
-    const high = low.clone().negate();
-    const at = new Vector3();
+    this.corners = [];
     const turn = new Quaternion();
     for (const link of this.data.links) {
+      if (!link.mesh) continue;
       turn.set(...link.pose.slice(3));
-      const count = link.mesh ? link.mesh.positions.length / 3 : 0;
-      for (let i = 0; i < count; i++) {
-        at.fromArray(link.mesh.positions, 3 * i).applyQuaternion(turn);
-        at.x += link.pose[0];
-        at.y += link.pose[1];
-        at.z += link.pose[2];
-        low.min(at);
-        high.max(at);
+      const box = new Box3().setFromArray(link.mesh.positions);
+      for (let i = 0; i < 8; i++) {
+        const corner = new Vector3(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z);
+        this.corners.push(corner.applyQuaternion(turn).add(new Vector3(...link.pose)));
       }
     }
-    if (low.x > high.x) {
-      low.set(-0.1, -0.1, 0);
-      high.set(0.1, 0.1, 0.1);
-    }
-    this.centre = low.clone().add(high).multiplyScalar(0.5);
-    this.radius = Math.max(0.02, low.distanceTo(high) / 2);
+    if (!this.corners.length) this.corners.push(new Vector3(-0.1, -0.1, 0), new Vector3(0.1, 0.1, 0.1));
+    const box = new Box3().setFromPoints(this.corners);
+    this.centre = box.getCenter(new Vector3());
+    this.radius = Math.max(0.02, box.min.distanceTo(box.max) / 2);
   }
 
   light() {
-    this.scene.add(new HemisphereLight(0xffffff, 0x9a9387, 1.7), new AmbientLight(0xffffff, 0.35));
-    const sun = new DirectionalLight(0xfff6e8, 2.0);
+    this.scene.add(new HemisphereLight(0xffffff, 0xcfc8bb, 2.1), new AmbientLight(0xffffff, 0.5));
+    const sun = new DirectionalLight(0xfff6e8, 1.9);
     const side = this.sideways();
     sun.position.copy(this.centre).addScaledVector(this.up, 3 * this.radius)
       .addScaledVector(side[0], 1.4 * this.radius).addScaledVector(side[1], -1.8 * this.radius);
@@ -142,13 +135,30 @@ export class Stage {
     return new LineSegments(geometry, new LineBasicMaterial());
   }
 
+  /** Looks at everything: the least distance at which every corner is in the picture, then centred. */
   home() {
     const [x, y] = this.sideways();
-    const narrow = Math.max(1, 1.25 / (this.view.clientWidth / Math.max(1, this.view.clientHeight)));
-    const away = 2.75 * this.radius * Math.min(narrow, 1.8);
-    this.camera.position.copy(this.centre).addScaledVector(y, -0.78 * away)
-      .addScaledVector(x, 0.42 * away).addScaledVector(this.up, 0.72 * away);
-    this.controls.target.copy(this.centre);
+    const towards = new Vector3().addScaledVector(y, -0.78).addScaledVector(x, 0.42).addScaledVector(this.up, 0.74).normalize();
+    const right = new Vector3().crossVectors(this.up, towards).normalize();
+    const above = new Vector3().crossVectors(towards, right);
+    const high = Math.tan((this.camera.fov * Math.PI) / 360);
+    const wide = high * this.camera.aspect;
+    const target = this.centre.clone();
+    let away = 3 * this.radius;
+    for (let round = 0; round < 4; round++) {
+      const seen = this.corners.map((c) => {
+        const d = c.clone().sub(target);
+        return [d.dot(right), d.dot(above), d.dot(towards)];
+      });
+      away = Math.max(...seen.map(([a, b, c]) => c + 1.12 * Math.max(Math.abs(a) / wide, Math.abs(b) / high)));
+      const middle = (k) => {
+        const at = seen.map((s) => s[k] / (away - s[2]));
+        return ((Math.min(...at) + Math.max(...at)) / 2) * away;
+      };
+      target.addScaledVector(right, middle(0)).addScaledVector(above, middle(1));
+    }
+    this.camera.position.copy(target).addScaledVector(towards, away);
+    this.controls.target.copy(target);
     this.controls.minDistance = 0.3 * this.radius;
     this.controls.maxDistance = 8 * this.radius;
     this.controls.update();

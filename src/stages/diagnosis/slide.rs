@@ -94,8 +94,12 @@ fn motion_curves(
     };
     let up = support_normal(scene.capture, scene.model);
     let across = up.cross(direction);
+    let (Some(from), Some(to)) = (prediction.time.first().copied(), prediction.time.last().copied()) else {
+        return Vec::new();
+    };
     let curve = |label: String, quantity, noise, measured: Vec<f64>, predicted: Vec<f64>| {
-        let at = |t: &f64| interpolate(&prediction.time, &predicted, *t).unwrap_or(f64::NAN);
+        // What was seen before and after the tool moved is held against the first and the last of the prediction.
+        let at = |t: &f64| interpolate(&prediction.time, &predicted, t.clamp(from, to)).unwrap_or(f64::NAN);
         let predicted = track.time.iter().map(at).collect();
         Curve {
             label,

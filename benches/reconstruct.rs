@@ -1,5 +1,9 @@
 //! Times of the whole way on the tiny golden capture: `cargo bench --bench reconstruct`.
-#![allow(missing_docs, clippy::expect_used, reason = "criterion's macros make undocumented items")]
+#![allow(
+    missing_docs,
+    clippy::expect_used,
+    reason = "criterion's macros make undocumented items"
+)]
 
 use std::hint::black_box;
 use std::path::Path;
@@ -14,7 +18,9 @@ fn reconstruct(c: &mut Criterion) {
     let capture = read_capture(&folder).expect("the golden capture");
     let mut group = c.benchmark_group("tiny");
     group.sample_size(10);
-    group.bench_function("read", |b| b.iter(|| read_capture(black_box(&folder)).expect("the golden capture")));
+    group.bench_function("read", |b| {
+        b.iter(|| read_capture(black_box(&folder)).expect("the golden capture"))
+    });
     group.bench_function("build", |b| {
         b.iter(|| build(black_box(&capture), &Options::default(), &Progress::silent()).expect("a run"));
     });

@@ -35,12 +35,14 @@ pub struct RestResult {
     pub late_turn: f64,
     /// It never left the finite numbers.
     pub finite: bool,
+    /// It hangs on a planar joint, whose freedom nothing brakes: where it glides to says nothing.
+    pub glides: bool,
 }
 
 impl RestResult {
     /// Whether the part stays where it is.
     pub fn is_calm(&self) -> bool {
-        self.finite && self.settling < SETTLING && self.late_drift < LATE_DRIFT
+        self.finite && (self.glides || (self.settling < SETTLING && self.late_drift < LATE_DRIFT))
     }
 }
 
@@ -109,6 +111,7 @@ fn run(world: &mut PhysicsWorld, bodies: &[(&Part, RigidBodyHandle)]) -> Vec<Res
             late_drift: way(&settled[i], &end[i]),
             late_turn: settled[i].1.angle_to(&end[i].1),
             finite: end[i].0.iter().all(|v| v.is_finite()),
+            glides: part.attachment.as_ref().is_some_and(|a| a.kind == JointKind::Planar),
         })
         .collect()
 }

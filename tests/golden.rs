@@ -3,6 +3,7 @@
 //! `PALPATE_BLESS=1 cargo test --release --test golden` writes the outputs anew; read the diff before you commit it.
 #![allow(
     clippy::expect_used,
+    clippy::panic,
     clippy::disallowed_macros,
     reason = "a test says what it found and stops"
 )]

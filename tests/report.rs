@@ -1,4 +1,5 @@
 //! The report page of a small run made by hand: sound markup, nothing fetched, text escaped, same bytes each time.
+#![allow(clippy::expect_used, reason = "a test that cannot make its page must stop")]
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

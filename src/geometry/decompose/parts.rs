@@ -21,6 +21,9 @@ pub struct DecompositionConfig {
     pub max_protrusion: f64,
     /// One hull is enough where its volume exceeds the shape's by no more than this factor.
     pub convex_ratio: f64,
+    /// So it is where it exceeds it by no more than this factor and nearly nowhere stands out by more than
+    /// `max_protrusion`: the hull of a rough scan of a box.
+    pub rough_ratio: f64,
     /// Merges may add so much volume in all, as a share of the shape's, below `max_parts`.
     pub budget: f64,
 }
@@ -32,6 +35,7 @@ impl Default for DecompositionConfig {
             max_vertices: 64,
             max_protrusion: 0.002,
             convex_ratio: 1.03,
+            rough_ratio: 1.15,
             budget: 0.02,
         }
     }
@@ -58,8 +62,10 @@ pub fn convex_parts(mesh: &Mesh, config: &DecompositionConfig) -> Vec<Mesh> {
         return vec![whole];
     };
     let closed = is_closed_manifold(mesh).is_ok();
-    if closed && piece.hull_volume <= config.convex_ratio * piece.volume
+    let at_most = |ratio: f64| closed && piece.hull_volume <= ratio * piece.volume;
+    if at_most(config.convex_ratio)
         || protrusion(&whole, &surface) <= 0.5 * config.max_protrusion
+        || at_most(config.rough_ratio) && nearly_within(&whole, &surface, config.max_protrusion)
     {
         return vec![whole];
     }
@@ -83,6 +89,14 @@ pub fn convex_parts(mesh: &Mesh, config: &DecompositionConfig) -> Vec<Mesh> {
         slim_hull(&hull.vertices, config.max_vertices, HULL_TOLERANCE)
     });
     finished.collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// Whether 98 of 100 points of a hull stand out of a surface by no more than `limit`, m.
+fn nearly_within(hull: &Mesh, surface: &SurfaceDistance, limit: f64) -> bool {
+    let mut rng = rng_for(Seed(0), "nearly within");
+    let points = sample_surface(hull, 500, &mut rng);
+    let out = points.iter().filter(|s| surface.signed_or_guessed(&s.point) > limit);
+    out.count() * 50 <= points.len()
 }
 
 /// How far a convex mesh stands out of a surface: largest distance of spread points that are outside, m.

@@ -1,0 +1,186 @@
+//! Sparse blocks of signed distance samples, laid out for speed: one array per quantity and block.
+
+use super::field::{BLOCK, offset_in_block};
+
+/// Samples of one block.
+pub const BLOCK_SAMPLES: usize = (BLOCK * BLOCK * BLOCK) as usize;
+/// How much more must have gone through a surface than stopped at it before it is none: views disagree.
+const SEEN_THROUGH: f32 = 2.5;
+/// Keys reach this many blocks from the origin along each axis.
+const KEY_REACH: i32 = 1 << 20;
+
+/// What has been gathered in 8 x 8 x 8 samples of space, x fastest.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Sum of weight times signed distance, m, positive outside.
+    pub sum: [f32; BLOCK_SAMPLES],
+    /// Sum of the weights in `sum`.
+    pub weight: [f32; BLOCK_SAMPLES],
+    /// Sum of the weights of the observations that saw through a sample.
+    pub free: [f32; BLOCK_SAMPLES],
+    /// Sum of the weights of the observations that saw through the whole block.
+    pub free_all: f32,
+    /// Weighted sums of red, green and blue, and the weight; only where a colour was seen.
+    pub color: Option<Box<[[f32; 4]; BLOCK_SAMPLES]>>,
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Self {
+            sum: [0.0; BLOCK_SAMPLES],
+            weight: [0.0; BLOCK_SAMPLES],
+            free: [0.0; BLOCK_SAMPLES],
+            free_all: 0.0,
+            color: None,
+        }
+    }
+}
+
+impl Block {
+    /// The signed distance of a sample where it was observed, else NaN; a surface that more light went through
+    /// than stopped at it is not one.
+    pub fn distance(&self, at: usize, least_weight: f32) -> f32 {
+        let (sum, weight) = (self.sum[at], self.weight[at]);
+        let ghost = sum < 0.0 && self.free[at] + self.free_all > SEEN_THROUGH * weight;
+        if weight <= least_weight || ghost {
+            return f32::NAN;
+        }
+        sum / weight
+    }
+
+    /// Mean sRGB colour of a sample and its weight, if any was seen.
+    pub fn rgb(&self, at: usize) -> Option<([f32; 3], f32)> {
+        let [r, g, b, weight] = self.color.as_ref()?[at];
+        (weight > 0.0).then(|| ([r / weight, g / weight, b / weight], weight))
+    }
+}
+
+/// Blocks by key, found in constant time; the order of the blocks is that in which they were asked for.
+#[derive(Clone, Debug)]
+pub struct BlockGrid {
+    /// Edge of a voxel, m. Voxel `i` is sampled at `(i + 0.5) * voxel`.
+    pub voxel: f64,
+    keys: Vec<[i32; 3]>,
+    blocks: Vec<Box<Block>>,
+    /// Open addressing with linear probing: position of the block plus one, 0 = none.
+    slots: Vec<u32>,
+}
+
+impl BlockGrid {
+    /// An empty grid.
+    pub fn new(voxel: f64) -> Self {
+        Self {
+            voxel,
+            keys: Vec::new(),
+            blocks: Vec::new(),
+            slots: vec![0; 1 << 12],
+        }
+    }
+
+    /// The keys of the blocks, in the order of the blocks.
+    pub fn keys(&self) -> &[[i32; 3]] {
+        &self.keys
+    }
+
+    /// The blocks.
+    pub fn blocks(&self) -> &[Box<Block>] {
+        &self.blocks
+    }
+
+    /// Keys and blocks together, to be filled in parallel.
+    pub fn parts_mut(&mut self) -> (&[[i32; 3]], &mut [Box<Block>]) {
+        (&self.keys, &mut self.blocks)
+    }
+
+    /// The position of a block, if it is kept.
+    pub fn find(&self, key: [i32; 3]) -> Option<usize> {
+        match self.slots[self.slot(key)] {
+            0 => None,
+            at => Some(at as usize - 1),
+        }
+    }
+
+    /// Keeps a block from now on; one that lies too far out to be addressed is left out.
+    pub fn touch(&mut self, key: [i32; 3]) {
+        let slot = self.slot(key);
+        if self.slots[slot] != 0 || key.iter().any(|k| k.abs() >= KEY_REACH) {
+            return;
+        }
+        self.keys.push(key);
+        self.blocks.push(Box::default());
+        self.slots[slot] = self.keys.len() as u32;
+        if self.keys.len() * 2 > self.slots.len() {
+            self.slots = vec![0; self.slots.len() * 2];
+            for at in 0..self.keys.len() {
+                let slot = self.slot(self.keys[at]);
+                self.slots[slot] = at as u32 + 1;
+            }
+        }
+    }
+
+    /// The slot that holds a key, or the free one where it belongs.
+    fn slot(&self, key: [i32; 3]) -> usize {
+        let [x, y, z] = key.map(|k| u64::from((k.wrapping_add(KEY_REACH)) as u32));
+        let packed = x | (y << 21) | (z << 42);
+        let mask = self.slots.len() - 1;
+        let mut slot = (packed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as usize & mask;
+        loop {
+            match self.slots[slot] {
+                0 => return slot,
+                at if self.keys[at as usize - 1] == key => return slot,
+                _ => slot = (slot + 1) & mask,
+            }
+        }
+    }
+
+    /// Drops the blocks in which nothing was observed or stopped light.
+    pub fn drop_empty(&mut self) {
+        let mut kept = Self::new(self.voxel);
+        for (key, block) in self.keys.drain(..).zip(self.blocks.drain(..)) {
+            if block.weight.iter().any(|w| *w > 0.0) {
+                kept.touch(key);
+                if let Some(last) = kept.blocks.last_mut() {
+                    *last = block;
+                }
+            }
+        }
+        *self = kept;
+    }
+
+    /// The block and the position in it of a global voxel index, if its block is kept.
+    pub fn sample(&self, index: [i32; 3]) -> Option<(&Block, usize)> {
+        let at = self.find(index.map(|i| i.div_euclid(BLOCK)))?;
+        Some((&self.blocks[at], offset_in_block(index)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_block_is_found_again() {
+        let mut grid = BlockGrid::new(0.002);
+        let keys: Vec<[i32; 3]> = (0..5000)
+            .map(|i| [i % 17 - 8, (i / 17) % 19 - 9, i / 323 - 7])
+            .collect();
+        for key in keys.iter().chain(&keys) {
+            grid.touch(*key);
+        }
+        assert_eq!(grid.keys(), keys);
+        for (at, key) in keys.iter().enumerate() {
+            assert_eq!(grid.find(*key), Some(at));
+        }
+        assert_eq!(grid.find([100, 0, 0]), None);
+    }
+
+    #[test]
+    fn a_surface_that_is_seen_through_is_a_ghost() {
+        let mut block = Block::default();
+        block.sum[3] = -0.001;
+        block.weight[3] = 1.0;
+        assert_eq!(block.distance(3, 0.0), -0.001);
+        block.free_all = 3.0;
+        assert!(block.distance(3, 0.0).is_nan());
+    }
+}

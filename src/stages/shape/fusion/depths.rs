@@ -1,10 +1,15 @@
 //! Inverse depths of one image, as a pinhole camera without distortion would have seen them.
 
+use rayon::prelude::*;
+
 use crate::capture::{Camera, DepthImage};
 use crate::stages::shape::lens::project;
 
 /// Pixels of margin on every side, without reading, so that no window leaves the image.
 pub const MARGIN: usize = 4;
+
+/// Rows are filled up to a multiple of this many pixels, so that they can be worked on in equal pieces.
+pub const COLUMNS: usize = 64;
 
 /// Inverse depths, 1/m, 0 where there is no reading, with a margin all around.
 pub struct InverseDepths {
@@ -19,19 +24,24 @@ impl InverseDepths {
     /// Turns counts into inverse depths; readings outside the camera's range are none.
     pub fn new(camera: &Camera, depth: &DepthImage) -> Self {
         let (width, height) = (depth.width as usize, depth.height as usize);
-        let stride = width + 2 * MARGIN;
+        let stride = width.next_multiple_of(COLUMNS) + 2 * MARGIN;
         let mut values = vec![0.0; stride * (height + 2 * MARGIN)];
         let unit = camera.depth_unit as f32;
         let (near, far) = (camera.depth_min.max(1e-3) as f32, camera.depth_max as f32);
         let straight = camera.distortion == [0.0; 5];
-        let rows = values[MARGIN * stride..].chunks_exact_mut(stride);
-        for (y, (row, counts)) in rows.zip(depth.counts.chunks_exact(width)).enumerate() {
-            for (x, q) in row[MARGIN..MARGIN + width].iter_mut().enumerate() {
-                let count = if straight { counts[x] } else { bent(camera, depth, x, y) };
-                let z = f32::from(count) * unit;
-                *q = if z >= near && z <= far { 1.0 / z } else { 0.0 };
-            }
-        }
+        values[MARGIN * stride..]
+            .par_chunks_exact_mut(stride)
+            .zip(depth.counts.par_chunks_exact(width))
+            .with_min_len(16)
+            .enumerate()
+            .for_each(|(y, (row, counts))| {
+                for (x, (q, count)) in row[MARGIN..MARGIN + width].iter_mut().zip(counts).enumerate() {
+                    let count = if straight { *count } else { bent(camera, depth, x, y) };
+                    let z = f32::from(count) * unit;
+                    let known = z >= near && z <= far;
+                    *q = if known { 1.0 / z } else { 0.0 };
+                }
+            });
         Self {
             width,
             height,

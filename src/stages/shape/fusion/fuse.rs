@@ -181,8 +181,8 @@ fn prepare<'a>(
     color: Option<&'a ColorImage>,
 ) -> Prepared<'a> {
     let depths = InverseDepths::new(camera, depth);
-    let pyramid = Pyramid::new(&depths);
     let planes = Planes::new(camera, &depths, camera.depth_sd);
+    let pyramid = Pyramid::new(&depths, &planes.torn);
     let camera_from_field = field_from_camera.inverse();
     let project = Matrix3::new(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
     Prepared {

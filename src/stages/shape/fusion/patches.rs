@@ -1,7 +1,7 @@
 //! Planes where the window is torn: at the edges of things, at holes and folds.
 
 use super::depths::InverseDepths;
-use super::planes::{LEAST_SLANT, Lens};
+use super::planes::{LEAST_SLANT, Lens, NOTHING};
 
 /// Pixels to each side of a window.
 pub const REACH: usize = 2;
@@ -10,45 +10,80 @@ pub const SIDE: usize = 2 * REACH + 1;
 /// Fewest readings that a plane is fitted to.
 const FEWEST: f32 = 7.0;
 /// Fewest of the eight next pixels that lie on the surface of a pixel: fewer is a flying pixel.
-const FEWEST_NEXT: u32 = 3;
+const FEWEST_NEXT: f32 = 3.0;
 /// Variance of the misfit, in variances of the noise, up to which a patch is a surface.
 const ROUGHEST: f32 = 6.0;
 
-/// The plane through the readings around a pixel that hang together with it, if they are enough to be a surface.
-pub fn patch(depths: &InverseDepths, lens: Lens, noise: f32, x: usize, y: usize) -> Option<[f32; 4]> {
+/// Readings of a row that are loaded at once, a few more than [`SIDE`].
+const LANES: usize = 8;
+/// Offset of each lane from the middle, and whether it belongs to the window.
+const OFFSETS: [f32; LANES] = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+
+/// The plane through the readings around a pixel that hang together with it, nothing where they are too few to be a
+/// surface. `variance` is that of one reading.
+pub fn patch(depths: &InverseDepths, lens: Lens, variance: f32, x: usize, y: usize) -> [f32; 4] {
     let centre = depths.values[depths.at(x, y)];
     if centre <= 0.0 {
-        return None;
+        return NOTHING;
     }
-    let step = (4.0 * noise).max(2.5 * centre / lens.fx);
-    let mut sums = Sums::default();
-    let mut next = 0;
-    for (dy, row) in depths.values[depths.at(x, y) - REACH * (depths.stride + 1)..]
-        .chunks(depths.stride)
-        .take(SIDE)
-        .enumerate()
-    {
-        for (dx, q) in row[..SIDE].iter().enumerate() {
-            let (dx, dy) = (dx as f32 - REACH as f32, dy as f32 - REACH as f32);
-            let far = dx.abs().max(dy.abs());
-            let off = q - centre;
-            if *q > 0.0 && off.abs() < step * far.max(1.0) {
-                sums.add(dx, dy, off);
-                next += u32::from(far == 1.0);
-            }
-        }
-    }
+    let step = (4.0 * variance.sqrt()).max(2.5 * centre / lens.fx);
+    let (sums, next) = gather(depths, centre, step, x, y);
     if sums.n < FEWEST || next < FEWEST_NEXT {
-        return None;
+        return NOTHING;
     }
-    let (q, a, b, misfit) = sums.plane()?;
+    let Some((q, a, b, misfit)) = sums.plane() else {
+        return NOTHING;
+    };
     let q = q + centre;
     let record = lens.record(q, a, b, x as f32, y as f32);
-    (misfit < ROUGHEST * noise * noise && record[3] * q > LEAST_SLANT).then_some(record)
+    let good = misfit < ROUGHEST * variance && record[3] * q > LEAST_SLANT;
+    if good { record } else { NOTHING }
+}
+
+/// Moments of the readings that are no farther from the middle one than a surface goes, and how many of the eight
+/// next ones are among them.
+fn gather(depths: &InverseDepths, centre: f32, step: f32, x: usize, y: usize) -> (Sums, f32) {
+    let (mut n, mut ny, mut nyy) = ([0.0_f32; LANES], [0.0_f32; LANES], [0.0_f32; LANES]);
+    let (mut q, mut yq, mut qq) = ([0.0_f32; LANES], [0.0_f32; LANES], [0.0_f32; LANES]);
+    let mut next = [0.0_f32; LANES];
+    let first = depths.at(x, y) - REACH * (depths.stride + 1);
+    for row in 0..SIDE {
+        let dy = row as f32 - REACH as f32;
+        let Some(values) = depths.values[first + row * depths.stride..].first_chunk::<LANES>() else {
+            break;
+        };
+        for l in 0..LANES {
+            let far = OFFSETS[l].abs().max(dy.abs()).max(1.0);
+            let off = values[l] - centre;
+            let near = if off.abs() < step * far { 1.0 } else { 0.0 };
+            let known = if values[l] > 0.0 { near } else { 0.0 };
+            let own = if OFFSETS[l] <= REACH as f32 { known } else { 0.0 };
+            n[l] += own;
+            ny[l] += own * dy;
+            nyy[l] += own * dy * dy;
+            q[l] += own * off;
+            yq[l] += own * dy * off;
+            qq[l] += own * off * off;
+            next[l] += if far == 1.0 { own } else { 0.0 };
+        }
+    }
+    let along = |values: &[f32; LANES]| OFFSETS.iter().zip(values).map(|(o, v)| o * v).sum::<f32>();
+    let sums = Sums {
+        n: n.iter().sum(),
+        x: along(&n),
+        y: ny.iter().sum(),
+        xx: OFFSETS.iter().zip(&n).map(|(o, v)| o * o * v).sum(),
+        xy: along(&ny),
+        yy: nyy.iter().sum(),
+        q: q.iter().sum(),
+        xq: along(&q),
+        yq: yq.iter().sum(),
+        qq: qq.iter().sum(),
+    };
+    (sums, next.iter().sum::<f32>() - 1.0)
 }
 
 /// Moments of a window: `n`, offsets, readings.
-#[derive(Default)]
 struct Sums {
     n: f32,
     x: f32,
@@ -63,19 +98,6 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, x: f32, y: f32, q: f32) {
-        self.n += 1.0;
-        self.x += x;
-        self.y += y;
-        self.xx += x * x;
-        self.xy += x * y;
-        self.yy += y * y;
-        self.q += q;
-        self.xq += x * q;
-        self.yq += y * q;
-        self.qq += q * q;
-    }
-
     /// Value at the middle, slopes, variance of the misfit; nothing where the readings lie along a line.
     fn plane(&self) -> Option<(f32, f32, f32, f32)> {
         let (mx, my, mq) = (self.x / self.n, self.y / self.n, self.q / self.n);

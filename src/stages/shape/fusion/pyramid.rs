@@ -3,7 +3,7 @@
 use super::depths::InverseDepths;
 
 /// Pixels along the smallest squares.
-const TILE: usize = 8;
+pub const SQUARE: usize = 8;
 /// Levels, each of squares twice as large.
 const LEVELS: usize = 4;
 
@@ -15,6 +15,8 @@ pub struct Span {
     pub most: f32,
     /// Whether every pixel has a reading.
     pub whole: bool,
+    /// Whether an edge or a hole tears it.
+    pub torn: bool,
 }
 
 impl Span {
@@ -22,6 +24,7 @@ impl Span {
         least: f32::MAX,
         most: 0.0,
         whole: true,
+        torn: false,
     };
 
     fn join(self, other: Self) -> Self {
@@ -29,6 +32,7 @@ impl Span {
             least: self.least.min(other.least),
             most: self.most.max(other.most),
             whole: self.whole && other.whole,
+            torn: self.torn || other.torn,
         }
     }
 }
@@ -44,13 +48,14 @@ pub struct Pyramid {
 }
 
 impl Pyramid {
-    pub fn new(depths: &InverseDepths) -> Self {
-        let (columns, rows) = (depths.width.div_ceil(TILE), depths.height.div_ceil(TILE));
+    /// `torn` tells the smallest squares, row by row, that an edge or a hole tears.
+    pub fn new(depths: &InverseDepths, torn: &[bool]) -> Self {
+        let (columns, rows) = (depths.width.div_ceil(SQUARE), depths.height.div_ceil(SQUARE));
         let mut spans = vec![Span::EMPTY; columns * rows];
         for y in 0..depths.height {
             let row = &depths.values[depths.at(0, y)..][..depths.width];
-            let into = &mut spans[y / TILE * columns..][..columns];
-            for (span, pixels) in into.iter_mut().zip(row.chunks(TILE)) {
+            let into = &mut spans[y / SQUARE * columns..][..columns];
+            for (span, pixels) in into.iter_mut().zip(row.chunks(SQUARE)) {
                 let (mut least, mut most, mut low) = (f32::MAX, 0.0_f32, f32::MAX);
                 for q in pixels {
                     let seen = if *q > 0.0 { *q } else { f32::MAX };
@@ -62,8 +67,12 @@ impl Pyramid {
                     least,
                     most,
                     whole: low > 0.0,
+                    torn: false,
                 });
             }
+        }
+        for (span, torn) in spans.iter_mut().zip(torn) {
+            span.torn = *torn;
         }
         let mut levels = vec![Level { columns, spans }];
         for _ in 1..LEVELS {
@@ -77,9 +86,9 @@ impl Pyramid {
 
     /// What the pixels of a rectangle show, and maybe some around it.
     pub fn span(&self, low: [usize; 2], high: [usize; 2]) -> Span {
-        let extent = (high[0] - low[0]).max(high[1] - low[1]) / TILE;
+        let extent = (high[0] - low[0]).max(high[1] - low[1]) / SQUARE;
         let level = (0..LEVELS - 1).find(|l| extent >> l < 3).unwrap_or(LEVELS - 1);
-        let side = TILE << level;
+        let side = SQUARE << level;
         let Level { columns, spans } = &self.levels[level];
         let mut all = Span::EMPTY;
         for y in low[1] / side..=high[1] / side {

@@ -3,19 +3,19 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::depths::bent_pixel;
-use super::planes::Planes;
-use super::pyramid::Pyramid;
+use super::planes::{Noise, Planes};
+use super::pyramid::{Pyramid, Span};
 use crate::capture::{Camera, ColorImage};
-use crate::geometry::{BLOCK, Block};
+use crate::geometry::{BLOCK, BLOCK_SAMPLES, Block};
 
 /// Samples of a row.
 const N: usize = BLOCK as usize;
-/// Adding and taking away this rounds a float to the nearest whole number; its bits then hold the number.
-const ROUND: f32 = 8_388_608.0;
-/// Bits of [`ROUND`].
-const ROUND_BITS: u32 = 0x4B00_0000;
 /// Of a sample that lies half a voxel or more behind the surface, how much counts falls off towards the truncation.
 const FLAT: f32 = 0.5;
+/// Steps from the middle of a row to its ends.
+const HALF: f32 = 0.5 * (N - 1) as f32;
+/// How far a surface may curve away from its plane over a block, in voxels.
+const MARGIN: f32 = 1.5;
 /// Gap in front of all readings, in truncations, from which a block is taken as seen through: readings may be slanted.
 const CLEAR: f32 = 2.0;
 
@@ -40,8 +40,9 @@ pub struct Reach {
 
 impl Reach {
     /// Widened to what the noise of a view at this depth asks for.
-    fn at(self, noise: f32, depth: f32) -> Self {
-        let sd = noise * depth * depth;
+    fn at(self, noise: Noise, depth: f32) -> Self {
+        let depth = depth.max(0.05);
+        let sd = noise.variance(1.0 / depth).sqrt() * depth * depth;
         Self {
             front: self.front.max(4.0 * sd),
             behind: self.behind.max(2.0 * sd),
@@ -54,7 +55,7 @@ impl Reach {
 enum Verdict {
     Nothing,
     SeenThrough(f32),
-    Mixed,
+    Mixed(Span),
 }
 
 /// Adds a view to a block.
@@ -64,19 +65,89 @@ pub fn update(view: &Prepared, key: [i32; 3], block: &mut Block, reach: Reach) {
     let base = (view.rotation * first + view.offset).map(|x| x as f32);
     let steps = (view.rotation * voxel).map(|x| x as f32);
     let middle = base.z + 3.5 * (steps[(2, 0)] + steps[(2, 1)] + steps[(2, 2)]);
-    let reach = reach.at(view.planes.noise, middle.max(0.0));
+    let reach = reach.at(view.planes.noise, middle);
     match judge(view, &base, &steps, reach) {
         Verdict::Nothing => {}
         Verdict::SeenThrough(weight) => block.free_all += weight,
-        Verdict::Mixed => {
+        Verdict::Mixed(touched) => {
+            let [right, down, deep] = [0, 1, 2].map(|a| steps.column(a).into_owned());
+            let looks: &[f32] = if touched.torn { &[0.5, 3.5, 6.5] } else { &[3.5] };
+            let spread = 3.5 / looks.len() as f32;
             for z in 0..N {
+                let slab = base + deep * z as f32;
+                let extents = [(right, HALF), (down, HALF)];
+                if !touched.torn {
+                    let middle = slab + (right + down) * HALF;
+                    if skip(look(view, &middle, &extents, reach), block, N * N * z..N * N * (z + 1)) {
+                        continue;
+                    }
+                }
                 for y in 0..N {
-                    let row = base + steps.column(1) * y as f32 + steps.column(2) * z as f32;
-                    update_row(view, &row, &steps.column(0).into(), block, N * (y + N * z), reach);
+                    let row = slab + down * y as f32;
+                    let at = N * (y + N * z);
+                    let seen = looks
+                        .iter()
+                        .map(|x| look(view, &(row + right * *x), &[(right, spread)], reach));
+                    let side = seen.reduce(Look::and).unwrap_or(Look::Near);
+                    if !skip(side, block, at..at + N) {
+                        update_row(view, &row, &right, block, at, reach);
+                    }
                 }
             }
         }
     }
+}
+
+/// What one reading says about the samples around a place.
+#[derive(Clone, Copy)]
+enum Look {
+    /// All seen through, with this weight.
+    Through(f32),
+    /// All farther behind the surface than a view counts.
+    Behind,
+    Near,
+}
+
+impl Look {
+    /// What two readings agree on.
+    fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Through(a), Self::Through(b)) => Self::Through(a.min(b)),
+            (Self::Behind, Self::Behind) => Self::Behind,
+            _ => Self::Near,
+        }
+    }
+}
+
+/// Looks at the samples around `middle` that lie up to so many `steps` away.
+#[inline]
+fn look(view: &Prepared, middle: &Vector3<f32>, steps: &[(Vector3<f32>, f32)], reach: Reach) -> Look {
+    let inverse = 1.0 / middle.z;
+    let place = view.planes.place(middle.x * inverse, middle.y * inverse);
+    let [a, b, c, d] = view.planes.record(place);
+    let distance = d - (a * middle.x + b * middle.y + c * middle.z);
+    let along = |s: &Vector3<f32>| (a * s.x + b * s.y + c * s.z).abs();
+    let extent: f32 = steps.iter().map(|(s, n)| n * along(s)).sum();
+    let margin = extent + MARGIN * reach.voxel;
+    if d > 0.0 && distance > reach.front + margin {
+        let near = inverse * inverse;
+        return Look::Through(d * inverse * d * inverse * near * near);
+    }
+    if d > 0.0 && distance < -reach.behind - margin {
+        return Look::Behind;
+    }
+    Look::Near
+}
+
+/// Whether nothing is left to do for these samples; notes that they were seen through.
+#[inline]
+fn skip(side: Look, block: &mut Block, samples: std::ops::Range<usize>) -> bool {
+    if let Look::Through(weight) = side {
+        for free in &mut block.free[samples] {
+            *free += weight;
+        }
+    }
+    !matches!(side, Look::Near)
 }
 
 fn judge(view: &Prepared, base: &Vector3<f32>, steps: &Matrix3<f32>, reach: Reach) -> Verdict {
@@ -103,7 +174,7 @@ fn judge(view: &Prepared, base: &Vector3<f32>, steps: &Matrix3<f32>, reach: Reac
         let q = span.least * span.least;
         return Verdict::SeenThrough(0.5 * q * q);
     }
-    Verdict::Mixed
+    Verdict::Mixed(span)
 }
 
 /// Weights are `slant² / z⁴`. Space that is seen through is counted apart and never enters the mean distance,
@@ -112,7 +183,6 @@ fn judge(view: &Prepared, base: &Vector3<f32>, steps: &Matrix3<f32>, reach: Reac
 #[inline]
 fn update_row(view: &Prepared, row: &Vector3<f32>, step: &Vector3<f32>, block: &mut Block, at: usize, reach: Reach) {
     let planes = &view.planes;
-    let (w, h, stride) = (planes.width as f32, planes.height as f32, planes.stride as f32);
     let (mut pu, mut pv, mut pz, mut inverse) = ([0.0_f32; N], [0.0_f32; N], [0.0_f32; N], [0.0_f32; N]);
     let mut place = [0_u32; N];
     for l in 0..N {
@@ -121,29 +191,19 @@ fn update_row(view: &Prepared, row: &Vector3<f32>, step: &Vector3<f32>, block: &
         pv[l] = row.y + step.y * n;
         pz[l] = row.z + step.z * n;
         inverse[l] = 1.0 / pz[l];
-        let (u, v) = (pu[l] * inverse[l] + 1.0, pv[l] * inverse[l] + 1.0);
-        let u = if u > 0.0 { u } else { 0.0 };
-        let v = if v > 0.0 { v } else { 0.0 };
-        let u = if u < w + 1.0 { u } else { w + 1.0 };
-        let v = if v < h + 1.0 { v } else { h + 1.0 };
-        let (u, v) = ((u + ROUND) - ROUND, (v + ROUND) - ROUND);
-        place[l] = (v * stride + u + ROUND).to_bits() - ROUND_BITS;
+        place[l] = planes.place(pu[l] * inverse[l], pv[l] * inverse[l]);
     }
     let (mut distance, mut slant) = ([0.0_f32; N], [0.0_f32; N]);
-    for l in 0..N {
-        let [a, b, c, d] = planes.records[place[l] as usize];
-        distance[l] = d - (a * pu[l] + b * pv[l] + c * pz[l]);
-        slant[l] = d;
+    for half in [0, N / 2] {
+        let records: [[f32; 4]; N / 2] = std::array::from_fn(|l| planes.record(place[half + l]));
+        for (l, [a, b, c, d]) in records.into_iter().enumerate() {
+            let at = half + l;
+            distance[at] = d - (a * pu[at] + b * pv[at] + c * pz[at]);
+            slant[at] = if d > 0.0 { d } else { 0.0 };
+        }
     }
     let fall = 1.0 / (reach.behind - FLAT * reach.voxel);
-    let (Some(sum), Some(weight), Some(free)) = (
-        block.sum[at..].first_chunk_mut::<N>(),
-        block.weight[at..].first_chunk_mut::<N>(),
-        block.free[at..].first_chunk_mut::<N>(),
-    ) else {
-        return;
-    };
-    let mut trust = [0.0_f32; N];
+    let (mut trust, mut signed, mut through) = ([0.0_f32; N], [0.0_f32; N], [0.0_f32; N]);
     for l in 0..N {
         let d = distance[l];
         let slant = slant[l] * inverse[l];
@@ -151,18 +211,30 @@ fn update_row(view: &Prepared, row: &Vector3<f32>, step: &Vector3<f32>, block: &
         let full = slant * slant * near * near;
         let share = (d + reach.behind) * fall;
         let share = if share < 1.0 { share } else { 1.0 };
-        let touched = d > -reach.behind && d <= reach.front;
-        trust[l] = if touched { full * share * share } else { 0.0 };
-        let signed = if touched { d } else { 0.0 };
-        sum[l] += trust[l] * signed;
-        weight[l] += trust[l];
-        free[l] += if d > reach.front { full } else { 0.0 };
+        let share = if share > 0.0 { share } else { 0.0 };
+        let part = full * share * share;
+        let beyond = d > reach.front;
+        trust[l] = if beyond { 0.0 } else { part };
+        through[l] = if beyond { full } else { 0.0 };
+        signed[l] = if d > -reach.behind { trust[l] * d } else { 0.0 };
     }
+    add(&mut block.sum, at, &signed);
+    add(&mut block.weight, at, &trust);
+    add(&mut block.free, at, &through);
     if let Some(color) = view.color {
         for l in 0..N {
             if trust[l] > 0.0 && distance[l].abs() < 2.0 * reach.voxel {
                 add_color(view, color, block, at + l, place[l] as usize, trust[l]);
             }
+        }
+    }
+}
+
+#[inline]
+fn add(samples: &mut [f32; BLOCK_SAMPLES], at: usize, row: &[f32; N]) {
+    if let Some(into) = samples[at..].first_chunk_mut::<N>() {
+        for l in 0..N {
+            into[l] += row[l];
         }
     }
 }
@@ -177,9 +249,7 @@ fn add_color(view: &Prepared, color: &ColorImage, block: &mut Block, at: usize, 
     let Some(rgb) = pixel.and_then(|p| color.rgb.get(p)) else {
         return;
     };
-    let sums = block
-        .color
-        .get_or_insert_with(|| Box::new([[0.0; 4]; crate::geometry::BLOCK_SAMPLES]));
+    let sums = block.color.get_or_insert_with(|| Box::new([[0.0; 4]; BLOCK_SAMPLES]));
     for (sum, new) in sums[at].iter_mut().zip(rgb) {
         *sum += f32::from(*new) * weight;
     }

@@ -9,7 +9,7 @@ use crate::stages::shape::lens::project;
 pub const MARGIN: usize = 4;
 
 /// Rows are filled up to a multiple of this many pixels, so that they can be worked on in equal pieces.
-pub const COLUMNS: usize = 64;
+pub const COLUMNS: usize = 128;
 
 /// Inverse depths, 1/m, 0 where there is no reading, with a margin all around.
 pub struct InverseDepths {
@@ -17,6 +17,8 @@ pub struct InverseDepths {
     pub height: usize,
     /// Values of one row with its margins.
     pub stride: usize,
+    /// A value in the middle of the readings.
+    middle: f32,
     pub values: Vec<f32>,
 }
 
@@ -46,14 +48,28 @@ impl InverseDepths {
             width,
             height,
             stride,
+            middle: middle(&values),
             values,
         }
+    }
+
+    /// The reading at a pixel, or one in the middle of the image's where there is none.
+    pub fn near(&self, x: usize, y: usize) -> f32 {
+        let own = self.values[self.at(x.min(self.width - 1), y.min(self.height - 1))];
+        if own > 0.0 { own } else { self.middle }
     }
 
     /// Position of a pixel.
     pub fn at(&self, x: usize, y: usize) -> usize {
         x + MARGIN + self.stride * (y + MARGIN)
     }
+}
+
+/// Mean of some of the readings, 1/m.
+fn middle(values: &[f32]) -> f32 {
+    let few = values.iter().step_by(61).filter(|q| **q > 0.0);
+    let (sum, count) = few.fold((0.0_f64, 0.0_f64), |(s, n), q| (s + f64::from(*q), n + 1.0));
+    (sum / count.max(1.0)) as f32
 }
 
 /// The pixel of the camera's own image, nearest to where the ray of an undistorted pixel falls.

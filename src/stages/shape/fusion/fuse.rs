@@ -133,7 +133,7 @@ impl Fusion {
         let mut last = [[i32::MAX; 3]; 2];
         for y in (1..planes.height).step_by(4) {
             for x in (1..planes.width).step_by(4) {
-                let [a, b, c, d] = planes.records[(y + 1) * planes.stride + x + 1].map(f64::from);
+                let [a, b, c, d] = planes.pixel(x as f32, y as f32).map(f64::from);
                 if d < 0.0 {
                     continue;
                 }
@@ -182,7 +182,7 @@ fn prepare<'a>(
 ) -> Prepared<'a> {
     let depths = InverseDepths::new(camera, depth);
     let planes = Planes::new(camera, &depths, camera.depth_sd);
-    let pyramid = Pyramid::new(&depths, &planes.torn);
+    let pyramid = Pyramid::new(&depths);
     let camera_from_field = field_from_camera.inverse();
     let project = Matrix3::new(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
     Prepared {

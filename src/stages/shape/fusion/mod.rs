@@ -2,9 +2,12 @@
 
 mod depths;
 mod fuse;
+mod noise;
 mod patches;
 mod planes;
 mod pyramid;
+mod units;
 mod update;
+mod windows;
 
 pub use fuse::{Fusion, FusionConfig};

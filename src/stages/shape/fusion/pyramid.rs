@@ -3,7 +3,7 @@
 use super::depths::InverseDepths;
 
 /// Pixels along the smallest squares.
-pub const SQUARE: usize = 8;
+const SQUARE: usize = 8;
 /// Levels, each of squares twice as large.
 const LEVELS: usize = 4;
 
@@ -15,8 +15,6 @@ pub struct Span {
     pub most: f32,
     /// Whether every pixel has a reading.
     pub whole: bool,
-    /// Whether an edge or a hole tears it.
-    pub torn: bool,
 }
 
 impl Span {
@@ -24,7 +22,6 @@ impl Span {
         least: f32::MAX,
         most: 0.0,
         whole: true,
-        torn: false,
     };
 
     fn join(self, other: Self) -> Self {
@@ -32,7 +29,6 @@ impl Span {
             least: self.least.min(other.least),
             most: self.most.max(other.most),
             whole: self.whole && other.whole,
-            torn: self.torn || other.torn,
         }
     }
 }
@@ -48,8 +44,7 @@ pub struct Pyramid {
 }
 
 impl Pyramid {
-    /// `torn` tells the smallest squares, row by row, that an edge or a hole tears.
-    pub fn new(depths: &InverseDepths, torn: &[bool]) -> Self {
+    pub fn new(depths: &InverseDepths) -> Self {
         let (columns, rows) = (depths.width.div_ceil(SQUARE), depths.height.div_ceil(SQUARE));
         let mut spans = vec![Span::EMPTY; columns * rows];
         for y in 0..depths.height {
@@ -67,12 +62,8 @@ impl Pyramid {
                     least,
                     most,
                     whole: low > 0.0,
-                    torn: false,
                 });
             }
-        }
-        for (span, torn) in spans.iter_mut().zip(torn) {
-            span.torn = *torn;
         }
         let mut levels = vec![Level { columns, spans }];
         for _ in 1..LEVELS {

@@ -2,20 +2,17 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::depths::bent_pixel;
-use super::planes::{Noise, Planes};
-use super::pyramid::{Pyramid, Span};
+use super::noise::Noise;
+use super::planes::Planes;
+use super::pyramid::Pyramid;
+use super::units::Units;
 use crate::capture::{Camera, ColorImage};
-use crate::geometry::{BLOCK, BLOCK_SAMPLES, Block};
+use crate::geometry::{BLOCK, Block};
 
 /// Samples of a row.
 const N: usize = BLOCK as usize;
-/// Of a sample that lies half a voxel or more behind the surface, how much counts falls off towards the truncation.
-const FLAT: f32 = 0.5;
-/// Steps from the middle of a row to its ends.
-const HALF: f32 = 0.5 * (N - 1) as f32;
-/// How far a surface may curve away from its plane over a block, in voxels.
-const MARGIN: f32 = 1.5;
+/// Pixels along a voxel from which a unit is too large for the plane of its middle.
+const WIDEST: f32 = 3.0;
 /// Gap in front of all readings, in truncations, from which a block is taken as seen through: readings may be slanted.
 const CLEAR: f32 = 2.0;
 
@@ -55,7 +52,7 @@ impl Reach {
 enum Verdict {
     Nothing,
     SeenThrough(f32),
-    Mixed(Span),
+    Mixed,
 }
 
 /// Adds a view to a block.
@@ -69,85 +66,14 @@ pub fn update(view: &Prepared, key: [i32; 3], block: &mut Block, reach: Reach) {
     match judge(view, &base, &steps, reach) {
         Verdict::Nothing => {}
         Verdict::SeenThrough(weight) => block.free_all += weight,
-        Verdict::Mixed(touched) => {
-            let [right, down, deep] = [0, 1, 2].map(|a| steps.column(a).into_owned());
-            let looks: &[f32] = if touched.torn { &[0.5, 3.5, 6.5] } else { &[3.5] };
-            let spread = 3.5 / looks.len() as f32;
+        Verdict::Mixed => {
+            let pixels = reach.voxel * view.camera.fx.max(view.camera.fy) as f32 / middle;
+            let mut units = Units::new(view, block, &steps, reach, pixels > WIDEST);
             for z in 0..N {
-                let slab = base + deep * z as f32;
-                let extents = [(right, HALF), (down, HALF)];
-                if !touched.torn {
-                    let middle = slab + (right + down) * HALF;
-                    if skip(look(view, &middle, &extents, reach), block, N * N * z..N * N * (z + 1)) {
-                        continue;
-                    }
-                }
-                for y in 0..N {
-                    let row = slab + down * y as f32;
-                    let at = N * (y + N * z);
-                    let seen = looks
-                        .iter()
-                        .map(|x| look(view, &(row + right * *x), &[(right, spread)], reach));
-                    let side = seen.reduce(Look::and).unwrap_or(Look::Near);
-                    if !skip(side, block, at..at + N) {
-                        update_row(view, &row, &right, block, at, reach);
-                    }
-                }
+                units.layer(&(base + steps.column(2) * z as f32), N * N * z);
             }
         }
     }
-}
-
-/// What one reading says about the samples around a place.
-#[derive(Clone, Copy)]
-enum Look {
-    /// All seen through, with this weight.
-    Through(f32),
-    /// All farther behind the surface than a view counts.
-    Behind,
-    Near,
-}
-
-impl Look {
-    /// What two readings agree on.
-    fn and(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Through(a), Self::Through(b)) => Self::Through(a.min(b)),
-            (Self::Behind, Self::Behind) => Self::Behind,
-            _ => Self::Near,
-        }
-    }
-}
-
-/// Looks at the samples around `middle` that lie up to so many `steps` away.
-#[inline]
-fn look(view: &Prepared, middle: &Vector3<f32>, steps: &[(Vector3<f32>, f32)], reach: Reach) -> Look {
-    let inverse = 1.0 / middle.z;
-    let place = view.planes.place(middle.x * inverse, middle.y * inverse);
-    let [a, b, c, d] = view.planes.record(place);
-    let distance = d - (a * middle.x + b * middle.y + c * middle.z);
-    let along = |s: &Vector3<f32>| (a * s.x + b * s.y + c * s.z).abs();
-    let extent: f32 = steps.iter().map(|(s, n)| n * along(s)).sum();
-    let margin = extent + MARGIN * reach.voxel;
-    if d > 0.0 && distance > reach.front + margin {
-        let near = inverse * inverse;
-        return Look::Through(d * inverse * d * inverse * near * near);
-    }
-    if d > 0.0 && distance < -reach.behind - margin {
-        return Look::Behind;
-    }
-    Look::Near
-}
-
-/// Whether nothing is left to do for these samples; notes that they were seen through.
-#[inline]
-fn skip(side: Look, block: &mut Block, samples: std::ops::Range<usize>) -> bool {
-    if let Look::Through(weight) = side {
-        for free in &mut block.free[samples] {
-            *free += weight;
-        }
-    }
-    !matches!(side, Look::Near)
 }
 
 fn judge(view: &Prepared, base: &Vector3<f32>, steps: &Matrix3<f32>, reach: Reach) -> Verdict {
@@ -174,84 +100,5 @@ fn judge(view: &Prepared, base: &Vector3<f32>, steps: &Matrix3<f32>, reach: Reac
         let q = span.least * span.least;
         return Verdict::SeenThrough(0.5 * q * q);
     }
-    Verdict::Mixed(span)
-}
-
-/// Weights are `slant² / z⁴`. Space that is seen through is counted apart and never enters the mean distance,
-/// which would otherwise shrink every silhouette; what lies behind a surface counts the less the farther it is,
-/// for it may be about the other side of a thin wall (Bylow et al. 2013, sec. III-C).
-#[inline]
-fn update_row(view: &Prepared, row: &Vector3<f32>, step: &Vector3<f32>, block: &mut Block, at: usize, reach: Reach) {
-    let planes = &view.planes;
-    let (mut pu, mut pv, mut pz, mut inverse) = ([0.0_f32; N], [0.0_f32; N], [0.0_f32; N], [0.0_f32; N]);
-    let mut place = [0_u32; N];
-    for l in 0..N {
-        let n = l as f32;
-        pu[l] = row.x + step.x * n;
-        pv[l] = row.y + step.y * n;
-        pz[l] = row.z + step.z * n;
-        inverse[l] = 1.0 / pz[l];
-        place[l] = planes.place(pu[l] * inverse[l], pv[l] * inverse[l]);
-    }
-    let (mut distance, mut slant) = ([0.0_f32; N], [0.0_f32; N]);
-    for half in [0, N / 2] {
-        let records: [[f32; 4]; N / 2] = std::array::from_fn(|l| planes.record(place[half + l]));
-        for (l, [a, b, c, d]) in records.into_iter().enumerate() {
-            let at = half + l;
-            distance[at] = d - (a * pu[at] + b * pv[at] + c * pz[at]);
-            slant[at] = if d > 0.0 { d } else { 0.0 };
-        }
-    }
-    let fall = 1.0 / (reach.behind - FLAT * reach.voxel);
-    let (mut trust, mut signed, mut through) = ([0.0_f32; N], [0.0_f32; N], [0.0_f32; N]);
-    for l in 0..N {
-        let d = distance[l];
-        let slant = slant[l] * inverse[l];
-        let near = inverse[l] * inverse[l];
-        let full = slant * slant * near * near;
-        let share = (d + reach.behind) * fall;
-        let share = if share < 1.0 { share } else { 1.0 };
-        let share = if share > 0.0 { share } else { 0.0 };
-        let part = full * share * share;
-        let beyond = d > reach.front;
-        trust[l] = if beyond { 0.0 } else { part };
-        through[l] = if beyond { full } else { 0.0 };
-        signed[l] = if d > -reach.behind { trust[l] * d } else { 0.0 };
-    }
-    add(&mut block.sum, at, &signed);
-    add(&mut block.weight, at, &trust);
-    add(&mut block.free, at, &through);
-    if let Some(color) = view.color {
-        for l in 0..N {
-            if trust[l] > 0.0 && distance[l].abs() < 2.0 * reach.voxel {
-                add_color(view, color, block, at + l, place[l] as usize, trust[l]);
-            }
-        }
-    }
-}
-
-#[inline]
-fn add(samples: &mut [f32; BLOCK_SAMPLES], at: usize, row: &[f32; N]) {
-    if let Some(into) = samples[at..].first_chunk_mut::<N>() {
-        for l in 0..N {
-            into[l] += row[l];
-        }
-    }
-}
-
-fn add_color(view: &Prepared, color: &ColorImage, block: &mut Block, at: usize, place: usize, weight: f32) {
-    let (x, y) = (place % view.planes.stride, place / view.planes.stride);
-    let pixel = if view.camera.distortion == [0.0; 5] {
-        Some(x - 1 + view.planes.width * (y - 1))
-    } else {
-        bent_pixel(view.camera, x - 1, y - 1)
-    };
-    let Some(rgb) = pixel.and_then(|p| color.rgb.get(p)) else {
-        return;
-    };
-    let sums = block.color.get_or_insert_with(|| Box::new([[0.0; 4]; BLOCK_SAMPLES]));
-    for (sum, new) in sums[at].iter_mut().zip(rgb) {
-        *sum += f32::from(*new) * weight;
-    }
-    sums[at][3] += weight;
+    Verdict::Mixed
 }

@@ -133,7 +133,7 @@ impl Fusion {
         let mut last = [[i32::MAX; 3]; 2];
         for y in (1..planes.height).step_by(4) {
             for x in (1..planes.width).step_by(4) {
-                let [a, b, c, d] = planes.pixel(x as f32, y as f32).map(f64::from);
+                let [a, b, c, d] = planes.pixel(x as u32 + 2, y as u32 + 2).map(f64::from);
                 if d < 0.0 {
                     continue;
                 }

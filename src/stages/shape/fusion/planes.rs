@@ -34,7 +34,8 @@ const NONE: f32 = -1e29;
 ///
 /// A record `[a, b, c, d]` gives the distance of a point of the camera frame in front of the plane, m, as
 /// `d - (a z u + b z v + c z)`, where `u`, `v` is the pixel that the point falls on; `d` is the distance of the plane
-/// from the camera. A cell that something tears has `d = -1 - n`, where `n` counts the torn cells of its band.
+/// from the camera. A cell that something tears has `d = -1 - n`, where `n` counts the torn cells of its band, and the
+/// inverse depth of the farthest and of the nearest reading around it, the latter beyond all bounds beside a hole.
 pub struct Planes {
     pub width: usize,
     pub height: usize,
@@ -124,12 +125,21 @@ impl Planes {
         (self.height.div_ceil(2) + 1) as f32
     }
 
-    /// The record at the pixel that is nearest to a place of the image.
+    /// Columns and rows of the pixels that are nearest to places of the image, counted from the margin.
     #[inline]
-    pub fn pixel(&self, u: f32, v: f32) -> [f32; 4] {
-        let x = least(most(u + 2.0, 0.0), (2 * self.columns - 1) as f32);
-        let y = least(most(v + 2.0, 0.0), 2.0 * self.last_row() + 1.0);
-        let (x, y) = ((x + ROUND).to_bits() - ROUND_BITS, (y + ROUND).to_bits() - ROUND_BITS);
+    pub fn pixels<const N: usize>(&self, u: &[f32; N], v: &[f32; N]) -> ([u32; N], [u32; N]) {
+        let (mut x, mut y) = ([0; N], [0; N]);
+        let (last_x, last_y) = ((2 * self.columns - 1) as f32, 2.0 * self.last_row() + 1.0);
+        for l in 0..N {
+            x[l] = (least(most(u[l] + 2.0, 0.0), last_x) + ROUND).to_bits() - ROUND_BITS;
+            y[l] = (least(most(v[l] + 2.0, 0.0), last_y) + ROUND).to_bits() - ROUND_BITS;
+        }
+        (x, y)
+    }
+
+    /// The record at a pixel, counted from the margin.
+    #[inline]
+    pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
         let (row, column) = ((y >> 1) as usize, (x >> 1) as usize);
         let cell = *self.cells.get(row * self.columns + column).unwrap_or(&NOTHING);
         if Cell::of(&cell) != Cell::Torn {
@@ -198,18 +208,21 @@ fn fit_band(
     torn
 }
 
-/// The records of smooth cells; of the others only whether there is nothing.
+/// The records of smooth cells; of the others whether there is nothing, and the range that the readings span.
 fn records(fit: &Fit, lens: Lens, noise: Noise, left: usize, row: usize) -> [[f32; 4]; TILE] {
     let mut found = [NOTHING; TILE];
     let v = 2.0 * row as f32 + 0.5;
     for (x, record) in found.iter_mut().enumerate() {
         let u = 2.0 * (left + x) as f32 + 0.5;
-        *record = lens.record(fit.q[x], fit.a[x], fit.b[x], u, v);
+        let [a, b, c, d] = lens.record(fit.q[x], fit.a[x], fit.b[x], u, v);
         let smooth = fit.low[x] > 0.0 && fit.misfit[x] <= SMOOTH * noise.variance(fit.q[x]);
-        let upright = record[3] * fit.q[x] > LEAST_SLANT;
-        let torn = if fit.high[x] > 0.0 { -1.0 } else { NOTHING[3] };
-        let flat = if upright { record[3] } else { NOTHING[3] };
-        record[3] = if smooth { flat } else { torn };
+        let torn = if fit.near[x] > 0.0 { -1.0 } else { NOTHING[3] };
+        let upright = if d * fit.q[x] > LEAST_SLANT { d } else { NOTHING[3] };
+        let through = if fit.low[x] > 0.0 { fit.near[x] } else { f32::MAX };
+        record[0] = if smooth { a } else { fit.far[x] };
+        record[1] = if smooth { b } else { through };
+        record[2] = if smooth { c } else { fit.low[x] };
+        record[3] = if smooth { upright } else { torn };
     }
     found
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::depths::bent_pixel;
 use super::planes::Cell;
-use super::update::{Prepared, Reach};
+use super::update::{CLEAR, Prepared, Reach, STEEP};
 use crate::capture::ColorImage;
 use crate::geometry::{BLOCK, BLOCK_SAMPLES, Block};
 
@@ -75,7 +75,8 @@ impl<'a> Units<'a> {
             match Cell::of(&sight.records[k]) {
                 Cell::Nothing => {}
                 Cell::Smooth if !self.each => self.one_plane(&sight, k, first, at),
-                _ => self.many_planes(&self.middle(first, k), at),
+                Cell::Smooth => self.many_planes(&self.middle(first, k), at),
+                Cell::Torn => self.torn(&sight.records[k], &self.middle(first, k), at),
             }
         }
     }
@@ -138,16 +139,39 @@ impl<'a> Units<'a> {
         }
     }
 
+    /// Adds what a unit sees where something tears the view, if it is not clear of all that is around.
+    #[inline]
+    fn torn(&mut self, cell: &[f32; 4], middle: &Vector3<f32>, at: usize) {
+        let [far, near, low, _] = cell;
+        let extent = 1.5 * self.right.z.abs() + 0.5 * self.down.z.abs();
+        if (middle.z - extent - STEEP * self.reach.behind) * far > 1.0 {
+            return;
+        }
+        if (middle.z + extent + CLEAR * self.reach.front) * near < 1.0 {
+            add(&mut self.block.free, at, &[0.5 * low * low * low * low; N]);
+            return;
+        }
+        self.many_planes(middle, at);
+    }
+
     /// Adds what each sample of the unit around `middle` sees.
     fn many_planes(&mut self, middle: &Vector3<f32>, at: usize) {
         let planes = &self.view.planes;
+        let [mut px, mut py, mut pz, mut inverse, mut u, mut v] = [[0.0_f32; N]; 6];
+        for l in 0..N {
+            px[l] = middle.x + self.right.x * X[l] + self.down.x * Y[l];
+            py[l] = middle.y + self.right.y * X[l] + self.down.y * Y[l];
+            pz[l] = middle.z + self.right.z * X[l] + self.down.z * Y[l];
+            inverse[l] = 1.0 / pz[l];
+            (u[l], v[l]) = (px[l] * inverse[l], py[l] * inverse[l]);
+        }
+        let (x, y) = planes.pixels(&u, &v);
+        let records: [[f32; 4]; N] = std::array::from_fn(|l| planes.pixel(x[l], y[l]));
         let [mut distance, mut full] = [[0.0; N]; 2];
         for l in 0..N {
-            let p = middle + self.right * X[l] + self.down * Y[l];
-            let inverse = 1.0 / p.z;
-            let [a, b, c, d] = planes.pixel(p.x * inverse, p.y * inverse);
-            distance[l] = d - (a * p.x + b * p.y + c * p.z);
-            full[l] = weight(d, inverse);
+            let [a, b, c, d] = records[l];
+            distance[l] = d - (a * px[l] + b * py[l] + c * pz[l]);
+            full[l] = weight(d, inverse[l]);
         }
         let trust = self.add_distances(&distance, &full, at);
         if let Some(color) = self.view.color {

@@ -14,7 +14,9 @@ const N: usize = BLOCK as usize;
 /// Pixels along a voxel from which a unit is too large for the plane of its middle.
 const WIDEST: f32 = 3.0;
 /// Gap in front of all readings, in truncations, from which a block is taken as seen through: readings may be slanted.
-const CLEAR: f32 = 2.0;
+pub const CLEAR: f32 = 2.0;
+/// Gap behind all readings, in reaches behind, from which nothing counts: surfaces may be slanted.
+pub const STEEP: f32 = 3.0;
 
 /// A view made ready to be fused.
 pub struct Prepared<'a> {
@@ -93,7 +95,7 @@ fn judge(view: &Prepared, base: &Vector3<f32>, steps: &Matrix3<f32>, reach: Reac
     let span = view
         .pyramid
         .span(pixel(low.x, low.y), pixel(high.x + 0.5, high.y + 0.5));
-    if span.most <= 0.0 || low.z - 1.0 / span.least > 3.0 * reach.behind {
+    if span.most <= 0.0 || low.z - 1.0 / span.least > STEEP * reach.behind {
         return Verdict::Nothing;
     }
     if within && span.whole && 1.0 / span.most - high.z > CLEAR * reach.front {

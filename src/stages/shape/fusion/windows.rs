@@ -9,14 +9,16 @@ const WHOLE: f32 = 36.0;
 const SPREAD: f32 = 105.0;
 
 /// Sums over the cells to the left, at and to the right of each cell of a tile of one row: of the readings, of the
-/// readings times their offsets in x and in y, of their squares; the least and the largest reading.
+/// readings times their offsets in x and in y, of their squares; the least value, 0 where a reading is missing, the
+/// least and the largest reading.
 pub struct CellSums {
     q: [f32; TILE],
     x: [f32; TILE],
     y: [f32; TILE],
     qq: [f32; TILE],
     low: [f32; TILE],
-    high: [f32; TILE],
+    far: [f32; TILE],
+    near: [f32; TILE],
 }
 
 /// Cells of a tile and its neighbours to either side.
@@ -30,7 +32,7 @@ impl CellSums {
         let upper = &depths.values[at..][..2 * WIDE];
         let lower = &depths.values[at + depths.stride..][..2 * WIDE];
         let (mut q, mut x, mut y, mut qq) = ([0.0_f32; WIDE], [0.0_f32; WIDE], [0.0_f32; WIDE], [0.0_f32; WIDE]);
-        let (mut low, mut high) = ([0.0_f32; WIDE], [0.0_f32; WIDE]);
+        let (mut low, mut far, mut near) = ([0.0_f32; WIDE], [0.0_f32; WIDE], [0.0_f32; WIDE]);
         for k in 0..WIDE {
             let raw = [upper[2 * k], upper[2 * k + 1], lower[2 * k], lower[2 * k + 1]];
             let [a, b, c, d] = raw.map(|q| q - reference);
@@ -38,8 +40,10 @@ impl CellSums {
             x[k] = 0.5 * ((b + d) - (a + c));
             y[k] = 0.5 * ((c + d) - (a + b));
             qq[k] = (a * a + b * b) + (c * c + d * d);
+            let seen = raw.map(|q| if q > 0.0 { q } else { f32::MAX });
             low[k] = smaller(smaller(raw[0], raw[1]), smaller(raw[2], raw[3]));
-            high[k] = larger(larger(raw[0], raw[1]), larger(raw[2], raw[3]));
+            far[k] = smaller(smaller(seen[0], seen[1]), smaller(seen[2], seen[3]));
+            near[k] = larger(larger(raw[0], raw[1]), larger(raw[2], raw[3]));
         }
         let mut sums = Self {
             q: [0.0; TILE],
@@ -47,7 +51,8 @@ impl CellSums {
             y: [0.0; TILE],
             qq: [0.0; TILE],
             low: [0.0; TILE],
-            high: [0.0; TILE],
+            far: [0.0; TILE],
+            near: [0.0; TILE],
         };
         for k in 0..TILE {
             sums.q[k] = q[k] + q[k + 1] + q[k + 2];
@@ -55,7 +60,8 @@ impl CellSums {
             sums.y[k] = y[k] + y[k + 1] + y[k + 2];
             sums.qq[k] = qq[k] + qq[k + 1] + qq[k + 2];
             sums.low[k] = smaller(smaller(low[k], low[k + 1]), low[k + 2]);
-            sums.high[k] = larger(larger(high[k], high[k + 1]), high[k + 2]);
+            sums.far[k] = smaller(smaller(far[k], far[k + 1]), far[k + 2]);
+            sums.near[k] = larger(larger(near[k], near[k + 1]), near[k + 2]);
         }
         sums
     }
@@ -71,15 +77,16 @@ fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Value in the middle, slopes per pixel, variance of the misfit, least and largest reading of windows; all but the
-/// last two hold only where the least is not 0.
+/// Value in the middle, slopes per pixel and variance of the misfit of windows, which hold only where the least value
+/// `low` is not 0; the farthest and the nearest reading.
 pub struct Fit {
     pub q: [f32; TILE],
     pub a: [f32; TILE],
     pub b: [f32; TILE],
     pub misfit: [f32; TILE],
     pub low: [f32; TILE],
-    pub high: [f32; TILE],
+    pub far: [f32; TILE],
+    pub near: [f32; TILE],
 }
 
 /// Fits the windows around the cells of a row from the sums of it and of the rows above and below.
@@ -90,7 +97,8 @@ pub fn fit_cells(rows: &[CellSums], reference: f32) -> Fit {
         b: [0.0; TILE],
         misfit: [0.0; TILE],
         low: [0.0; TILE],
-        high: [0.0; TILE],
+        far: [0.0; TILE],
+        near: [0.0; TILE],
     };
     let [above, own, below] = rows else {
         return fit;
@@ -106,7 +114,8 @@ pub fn fit_cells(rows: &[CellSums], reference: f32) -> Fit {
         fit.a[k] = a;
         fit.b[k] = b;
         fit.low[k] = smaller(smaller(above.low[k], own.low[k]), below.low[k]);
-        fit.high[k] = larger(larger(above.high[k], own.high[k]), below.high[k]);
+        fit.far[k] = smaller(smaller(above.far[k], own.far[k]), below.far[k]);
+        fit.near[k] = larger(larger(above.near[k], own.near[k]), below.near[k]);
     }
     fit
 }

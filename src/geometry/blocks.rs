@@ -9,15 +9,33 @@ const SEEN_THROUGH: f32 = 2.5;
 /// Keys reach this many blocks from the origin along each axis.
 const KEY_REACH: i32 = 1 << 20;
 
-/// What has been gathered in 8 x 8 x 8 samples of space, x fastest.
+/// Samples of a unit.
+pub const UNIT_SAMPLES: usize = 16;
+
+/// What has been gathered in 4 x 2 x 2 samples, x fastest: they lie side by side in memory, for they see the same.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
+pub struct Unit {
+    /// Sum of weight times signed distance, m, positive outside.
+    pub sum: [f32; UNIT_SAMPLES],
+    /// Sum of the weights in `sum`.
+    pub weight: [f32; UNIT_SAMPLES],
+    /// Sum of the weights of the observations that saw through a sample.
+    pub free: [f32; UNIT_SAMPLES],
+}
+
+/// Number of the unit of a sample and of the sample in it; samples are numbered x fastest, then y.
+#[inline]
+pub fn unit_of(at: usize) -> (usize, usize) {
+    let (x, y, z) = (at & 7, at >> 3 & 7, at >> 6);
+    (x >> 2 | y & 6 | (z & 6) << 2, x & 3 | (y & 1) << 2 | (z & 1) << 3)
+}
+
+/// What has been gathered in 8 x 8 x 8 samples of space.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Sum of weight times signed distance, m, positive outside.
-    pub sum: [f32; BLOCK_SAMPLES],
-    /// Sum of the weights in `sum`.
-    pub weight: [f32; BLOCK_SAMPLES],
-    /// Sum of the weights of the observations that saw through a sample.
-    pub free: [f32; BLOCK_SAMPLES],
+    /// Two units along x, four along y, four along z.
+    pub units: [Unit; BLOCK_SAMPLES / UNIT_SAMPLES],
     /// Sum of the weights of the observations that saw through the whole block.
     pub free_all: f32,
     /// Weighted sums of red, green and blue, and the weight; only where a colour was seen.
@@ -27,9 +45,7 @@ pub struct Block {
 impl Default for Block {
     fn default() -> Self {
         Self {
-            sum: [0.0; BLOCK_SAMPLES],
-            weight: [0.0; BLOCK_SAMPLES],
-            free: [0.0; BLOCK_SAMPLES],
+            units: [Unit::default(); BLOCK_SAMPLES / UNIT_SAMPLES],
             free_all: 0.0,
             color: None,
         }
@@ -40,12 +56,21 @@ impl Block {
     /// The signed distance of a sample where it was observed, else NaN; a surface that more light went through
     /// than stopped at it is not one.
     pub fn distance(&self, at: usize, least_weight: f32) -> f32 {
-        let (sum, weight) = (self.sum[at], self.weight[at]);
-        let ghost = sum < 0.0 && self.free[at] + self.free_all > SEEN_THROUGH * weight;
+        let (unit, lane) = unit_of(at);
+        let unit = &self.units[unit];
+        let (sum, weight) = (unit.sum[lane], unit.weight[lane]);
+        let ghost = sum < 0.0 && unit.free[lane] + self.free_all > SEEN_THROUGH * weight;
         if weight <= least_weight || ghost {
             return f32::NAN;
         }
         sum / weight
+    }
+
+    /// Sets the signed distance of a sample, with a weight of 1.
+    pub fn set(&mut self, at: usize, distance: f32) {
+        let (unit, lane) = unit_of(at);
+        self.units[unit].sum[lane] = distance;
+        self.units[unit].weight[lane] = 1.0;
     }
 
     /// Mean sRGB colour of a sample and its weight, if any was seen.
@@ -137,7 +162,7 @@ impl BlockGrid {
     pub fn drop_empty(&mut self) {
         let mut kept = Self::new(self.voxel);
         for (key, block) in self.keys.drain(..).zip(self.blocks.drain(..)) {
-            if block.weight.iter().any(|w| *w > 0.0) {
+            if block.units.iter().flat_map(|u| u.weight).any(|w| w > 0.0) {
                 kept.touch(key);
                 if let Some(last) = kept.blocks.last_mut() {
                     *last = block;
@@ -175,10 +200,20 @@ mod tests {
     }
 
     #[test]
+    fn every_sample_has_a_place_in_one_unit() {
+        let mut seen = vec![0; BLOCK_SAMPLES];
+        for at in 0..BLOCK_SAMPLES {
+            let (unit, lane) = unit_of(at);
+            seen[unit * UNIT_SAMPLES + lane] += 1;
+        }
+        assert!(seen.iter().all(|n| *n == 1));
+        assert_eq!(unit_of(5 + 8 * 3 + 64 * 5), (1 + 2 + 16, 1 + 4 + 8));
+    }
+
+    #[test]
     fn a_surface_that_is_seen_through_is_a_ghost() {
         let mut block = Block::default();
-        block.sum[3] = -0.001;
-        block.weight[3] = 1.0;
+        block.set(3, -0.001);
         assert_eq!(block.distance(3, 0.0), -0.001);
         block.free_all = 3.0;
         assert!(block.distance(3, 0.0).is_nan());

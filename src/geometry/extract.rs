@@ -235,8 +235,7 @@ mod tests {
             for at in 0..BLOCK_SAMPLES {
                 let i = [at % 8, at / 8 % 8, at / 64];
                 let p = [0, 1, 2].map(|a| (f64::from(key[a] * BLOCK + i[a] as i32) + 0.5) * 0.1);
-                block.sum[at] = ((p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt() - 1.0) as f32;
-                block.weight[at] = 1.0;
+                block.set(at, ((p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt() - 1.0) as f32);
             }
         }
         let mesh = grid_surface(&grid, 0.0);
@@ -258,12 +257,8 @@ mod tests {
                 let i: [i32; 3] = std::array::from_fn(|a| key[a] * BLOCK + i[a]);
                 let hash = f64::from(i[0] * 73 + i[1] * 151 + i[2] * 283);
                 let inner = i.iter().all(|x| *x > 0 && *x < 23);
-                block.sum[at] = if inner {
-                    ((hash * 12.9898).sin() * 0.7 + 0.01) as f32
-                } else {
-                    1.0
-                };
-                block.weight[at] = 1.0;
+                let wave = ((hash * 12.9898).sin() * 0.7 + 0.01) as f32;
+                block.set(at, if inner { wave } else { 1.0 });
             }
         }
         assert_eq!(edge_defects(&grid_surface(&grid, 0.0)), 0);

@@ -24,7 +24,7 @@ pub mod solids;
 mod superquadric;
 mod topology;
 
-pub use blocks::{BLOCK_SAMPLES, Block, BlockGrid};
+pub use blocks::{BLOCK_SAMPLES, Block, BlockGrid, UNIT_SAMPLES, Unit, unit_of};
 pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
 pub use components::{
     UnionFind, directed_edges, edge_defects, number_sets, submesh, unique_edges, vertex_components, vertex_normals,

@@ -5,6 +5,7 @@
 //! misfit over the whole image tells the noise. Where the window of a cell is torn, each pixel has a plane of its own.
 
 use rayon::prelude::*;
+use wide::f32x4;
 
 use super::depths::{COLUMNS, InverseDepths};
 use super::noise::Noise;
@@ -40,6 +41,7 @@ pub struct Planes {
     pub width: usize,
     pub height: usize,
     columns: usize,
+    last_row: f32,
     cells: Vec<[f32; 4]>,
     /// For each band, the planes of the four pixels of each torn cell.
     torn: Vec<Vec<[[f32; 4]; 4]>>,
@@ -97,6 +99,7 @@ impl Planes {
             width,
             height,
             columns,
+            last_row: (rows - 1) as f32,
             cells,
             torn,
             noise,
@@ -109,32 +112,36 @@ impl Planes {
         *self.cells.get(place as usize).unwrap_or(&NOTHING)
     }
 
-    /// Number of the cell that holds a place of the image, of one of nothing outside it.
+    /// Numbers of the cells that hold places of the image, of one of nothing outside it.
     #[inline]
-    pub fn place(&self, u: f32, v: f32) -> u32 {
-        let (x, y) = (0.5 * u + 0.75, 0.5 * v + 0.75);
-        let (x, y) = (most(x, 0.0), most(y, 0.0));
-        let x = least(x, (self.columns - 1) as f32);
-        let y = least(y, self.last_row());
+    pub fn places(&self, u: f32x4, v: f32x4) -> [u32; 4] {
+        let x = (u * 0.5 + 0.75)
+            .fast_max(f32x4::ZERO)
+            .fast_min(f32x4::splat(self.last_column()));
+        let y = (v * 0.5 + 0.75)
+            .fast_max(f32x4::ZERO)
+            .fast_min(f32x4::splat(self.last_row()));
         let (x, y) = ((x + ROUND) - ROUND, (y + ROUND) - ROUND);
-        (y * self.columns as f32 + x + ROUND).to_bits() - ROUND_BITS
+        whole(y * (self.last_column() + 1.0) + x)
+    }
+
+    #[inline]
+    fn last_column(&self) -> f32 {
+        (self.columns - 1) as f32
     }
 
     #[inline]
     fn last_row(&self) -> f32 {
-        (self.height.div_ceil(2) + 1) as f32
+        self.last_row
     }
 
     /// Columns and rows of the pixels that are nearest to places of the image, counted from the margin.
     #[inline]
-    pub fn pixels<const N: usize>(&self, u: &[f32; N], v: &[f32; N]) -> ([u32; N], [u32; N]) {
-        let (mut x, mut y) = ([0; N], [0; N]);
-        let (last_x, last_y) = ((2 * self.columns - 1) as f32, 2.0 * self.last_row() + 1.0);
-        for l in 0..N {
-            x[l] = (least(most(u[l] + 2.0, 0.0), last_x) + ROUND).to_bits() - ROUND_BITS;
-            y[l] = (least(most(v[l] + 2.0, 0.0), last_y) + ROUND).to_bits() - ROUND_BITS;
-        }
-        (x, y)
+    pub fn pixels(&self, u: f32x4, v: f32x4) -> ([u32; 4], [u32; 4]) {
+        let (last_x, last_y) = (2.0 * self.last_column() + 1.0, 2.0 * self.last_row() + 1.0);
+        let x = (u + 2.0).fast_max(f32x4::ZERO).fast_min(f32x4::splat(last_x));
+        let y = (v + 2.0).fast_max(f32x4::ZERO).fast_min(f32x4::splat(last_y));
+        (whole(x), whole(y))
     }
 
     /// The record at a pixel, counted from the margin.
@@ -151,16 +158,10 @@ impl Planes {
     }
 }
 
-/// The larger, in the form that becomes one instruction.
+/// The nearest whole numbers, of 0 or more.
 #[inline]
-fn most(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// The smaller, in the form that becomes one instruction.
-#[inline]
-fn least(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
+fn whole(x: f32x4) -> [u32; 4] {
+    (x + ROUND).to_array().map(|x| x.to_bits() - ROUND_BITS)
 }
 
 impl Cell {

@@ -1,26 +1,23 @@
-//! The samples of a block in units of 4 x 2, each of which sees one plane, or many where the view is torn.
+//! The samples of a block in units of 4 x 2 x 2, each of which sees one plane, or many where the view is torn.
 
 use nalgebra::{Matrix3, Vector3};
+use wide::f32x4;
 
 use super::depths::bent_pixel;
 use super::planes::Cell;
 use super::update::{CLEAR, Prepared, Reach, STEEP};
 use crate::capture::ColorImage;
-use crate::geometry::{BLOCK, BLOCK_SAMPLES, Block};
+use crate::geometry::{BLOCK_SAMPLES, Block, UNIT_SAMPLES, Unit};
 
-/// Samples of a row.
-const ROW: usize = BLOCK as usize;
-/// Samples of a unit along x.
-const LONG: usize = 4;
-/// Samples of a unit, and units of a layer.
-const N: usize = 8;
-/// Offsets of the samples of a unit from its middle, in voxels.
-const X: [f32; N] = [-1.5, -0.5, 0.5, 1.5, -1.5, -0.5, 0.5, 1.5];
-const Y: [f32; N] = [-0.5, -0.5, -0.5, -0.5, 0.5, 0.5, 0.5, 0.5];
+/// Units of a layer two samples deep.
+const UNITS: usize = 8;
+/// Offsets of the samples of a row of a unit, and of its rows, from the middle, in voxels.
+const X: [f32; 4] = [-1.5, -0.5, 0.5, 1.5];
+const YZ: [(f32, f32); ROWS] = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)];
+/// Rows of a unit.
+const ROWS: usize = 4;
 /// Of a sample that lies half a voxel or more behind the surface, how much counts falls off towards the truncation.
 const FLAT: f32 = 0.5;
-
-type Lanes = [f32; N];
 
 /// A block that a view is added to, layer by layer.
 pub struct Units<'a> {
@@ -31,29 +28,33 @@ pub struct Units<'a> {
     each: bool,
     right: Vector3<f32>,
     down: Vector3<f32>,
-    /// From the first sample of a layer to the middles of its units.
-    middles: [Lanes; 3],
+    deep: Vector3<f32>,
+    /// From the first sample of a layer to the middles of its units, four by four.
+    middles: [[f32x4; 3]; 2],
     /// One over the distance over which what lies behind a surface falls off.
     fall: f32,
 }
 
-/// Where the middles of the units of a layer are, and what they see.
+/// What units see.
 struct Sight {
-    records: [[f32; 4]; N],
+    records: [[f32; 4]; UNITS],
     /// Distance in front of the plane, and how it changes from sample to sample.
-    distance: Lanes,
-    along_x: Lanes,
-    along_y: Lanes,
+    distance: [f32; UNITS],
+    along_x: [f32; UNITS],
+    along_y: [f32; UNITS],
+    along_z: [f32; UNITS],
     /// Most that the samples' distances differ from the middle's.
-    extent: Lanes,
+    extent: [f32; UNITS],
     /// Weight of a look.
-    full: Lanes,
+    full: [f32; UNITS],
 }
 
 impl<'a> Units<'a> {
     pub fn new(view: &'a Prepared<'a>, block: &'a mut Block, steps: &Matrix3<f32>, reach: Reach, each: bool) -> Self {
-        let (right, down) = (steps.column(0).into_owned(), steps.column(1).into_owned());
-        let unit = |k: usize| right * (1.5 + 4.0 * (k & 1) as f32) + down * (0.5 + 2.0 * (k >> 1) as f32);
+        let [right, down, deep] = [0, 1, 2].map(|axis| steps.column(axis).into_owned());
+        let first = right * 1.5 + (down + deep) * 0.5;
+        let unit = |k: usize| first + right * (4 * (k & 1)) as f32 + down * (k & 6) as f32;
+        let four = |half: usize| [0, 1, 2].map(|axis| f32x4::new([0, 1, 2, 3].map(|k| unit(4 * half + k)[axis])));
         Self {
             view,
             block,
@@ -61,175 +62,217 @@ impl<'a> Units<'a> {
             each,
             right,
             down,
-            middles: std::array::from_fn(|axis| std::array::from_fn(|k| unit(k)[axis])),
+            deep,
+            middles: [four(0), four(1)],
             fall: 1.0 / (reach.behind - FLAT * reach.voxel),
         }
     }
 
-    /// Adds the view to the layer whose first sample is `first`, scaled to pixels, and number `start` of the block.
+    /// Adds the view to layer `z` of units, whose first sample is `first`, scaled to pixels.
     #[inline]
-    pub fn layer(&mut self, first: &Vector3<f32>, start: usize) {
+    pub fn layer(&mut self, first: &Vector3<f32>, z: usize) {
         let sight = self.look(first);
-        for k in 0..N {
-            let at = start + LONG * (k & 1) + 2 * ROW * (k >> 1);
+        for k in 0..UNITS {
+            let unit = UNITS * z + k;
             match Cell::of(&sight.records[k]) {
                 Cell::Nothing => {}
-                Cell::Smooth if !self.each => self.one_plane(&sight, k, first, at),
-                Cell::Smooth => self.many_planes(&self.middle(first, k), at),
-                Cell::Torn => self.torn(&sight.records[k], &self.middle(first, k), at),
+                Cell::Smooth if !self.each => self.one_plane(&sight, k, first, unit),
+                Cell::Smooth => self.many_planes(&self.middle(first, k), unit),
+                Cell::Torn => self.torn(&sight.records[k], &self.middle(first, k), unit),
             }
         }
     }
 
     fn middle(&self, first: &Vector3<f32>, k: usize) -> Vector3<f32> {
-        Vector3::from_fn(|axis, _| first[axis] + self.middles[axis][k])
+        let middles = &self.middles[k >> 2];
+        Vector3::from_fn(|axis, _| first[axis] + middles[axis].as_array()[k & 3])
     }
 
     #[inline]
     fn look(&self, first: &Vector3<f32>) -> Sight {
         let planes = &self.view.planes;
-        let [mut px, mut py, mut pz, mut inverse] = [[0.0_f32; N]; 4];
-        let mut place = [0_u32; N];
-        for k in 0..N {
-            px[k] = first.x + self.middles[0][k];
-            py[k] = first.y + self.middles[1][k];
-            pz[k] = first.z + self.middles[2][k];
-            inverse[k] = 1.0 / pz[k];
-            place[k] = planes.place(px[k] * inverse[k], py[k] * inverse[k]);
-        }
-        let records: [[f32; 4]; N] = std::array::from_fn(|k| planes.cell(place[k]));
         let mut sight = Sight {
-            records,
-            distance: [0.0; N],
-            along_x: [0.0; N],
-            along_y: [0.0; N],
-            extent: [0.0; N],
-            full: [0.0; N],
+            records: [[0.0; 4]; UNITS],
+            distance: [0.0; UNITS],
+            along_x: [0.0; UNITS],
+            along_y: [0.0; UNITS],
+            along_z: [0.0; UNITS],
+            extent: [0.0; UNITS],
+            full: [0.0; UNITS],
         };
-        for k in 0..N {
-            let [a, b, c, d] = records[k];
-            sight.distance[k] = d - (a * px[k] + b * py[k] + c * pz[k]);
-            sight.along_x[k] = -(a * self.right.x + b * self.right.y + c * self.right.z);
-            sight.along_y[k] = -(a * self.down.x + b * self.down.y + c * self.down.z);
-            sight.extent[k] = 1.5 * sight.along_x[k].abs() + 0.5 * sight.along_y[k].abs();
-            sight.full[k] = weight(d, inverse[k]);
+        for (half, [x, y, z]) in self.middles.iter().enumerate() {
+            let p = [*x + first.x, *y + first.y, *z + first.z];
+            let inverse = f32x4::ONE / p[2];
+            let place = planes.places(p[0] * inverse, p[1] * inverse);
+            let at = 4 * half;
+            let records = place.map(|place| planes.cell(place));
+            sight.records[at..at + 4].copy_from_slice(&records);
+            let [a, b, c, d] = columns(records);
+            let distance = d - (a * p[0] + b * p[1] + c * p[2]);
+            let along_x = a * self.right.x + b * self.right.y + c * self.right.z;
+            let along_y = a * self.down.x + b * self.down.y + c * self.down.z;
+            let along_z = a * self.deep.x + b * self.deep.y + c * self.deep.z;
+            let extent = along_x.abs() * 1.5 + (along_y.abs() + along_z.abs()) * 0.5;
+            put(&mut sight.distance, at, distance);
+            put(&mut sight.along_x, at, -along_x);
+            put(&mut sight.along_y, at, -along_y);
+            put(&mut sight.along_z, at, -along_z);
+            put(&mut sight.extent, at, extent);
+            put(&mut sight.full, at, weight(d, inverse));
         }
         sight
     }
 
-    /// Adds the plane that unit `k` sees.
+    /// Adds the plane that unit `k` of a layer sees.
     #[inline]
-    fn one_plane(&mut self, sight: &Sight, k: usize, first: &Vector3<f32>, at: usize) {
+    fn one_plane(&mut self, sight: &Sight, k: usize, first: &Vector3<f32>, unit: usize) {
         let (middle, extent) = (sight.distance[k], sight.extent[k]);
         if middle + extent <= -self.reach.behind {
             return;
         }
-        let full = [sight.full[k]; N];
         if middle - extent > self.reach.front {
-            add(&mut self.block.free, at, &full);
+            self.see_through(unit, sight.full[k]);
             return;
         }
-        let mut distance = [0.0; N];
-        for l in 0..N {
-            distance[l] = middle + X[l] * sight.along_x[k] + Y[l] * sight.along_y[k];
-        }
-        let trust = self.add_distances(&distance, &full, at);
+        let along = f32x4::new(X) * sight.along_x[k] + middle;
+        let distance = YZ.map(|(y, z)| along + (y * sight.along_y[k] + z * sight.along_z[k]));
+        let full = f32x4::splat(sight.full[k]);
+        let trust = self.add_distances(&distance, &[full; ROWS], unit);
         if let Some(color) = self.view.color {
-            self.add_colors(color, &self.middle(first, k), &distance, &trust, at);
+            self.add_colors(color, &self.middle(first, k), &distance, &trust, unit);
+        }
+    }
+
+    #[inline]
+    fn see_through(&mut self, unit: usize, weight: f32) {
+        for free in &mut self.block.units[unit].free {
+            *free += weight;
         }
     }
 
     /// Adds what a unit sees where something tears the view, if it is not clear of all that is around.
     #[inline]
-    fn torn(&mut self, cell: &[f32; 4], middle: &Vector3<f32>, at: usize) {
+    fn torn(&mut self, cell: &[f32; 4], middle: &Vector3<f32>, unit: usize) {
         let [far, near, low, _] = cell;
-        let extent = 1.5 * self.right.z.abs() + 0.5 * self.down.z.abs();
+        let extent = 1.5 * self.right.z.abs() + 0.5 * (self.down.z.abs() + self.deep.z.abs());
         if (middle.z - extent - STEEP * self.reach.behind) * far > 1.0 {
             return;
         }
         if (middle.z + extent + CLEAR * self.reach.front) * near < 1.0 {
-            add(&mut self.block.free, at, &[0.5 * low * low * low * low; N]);
+            self.see_through(unit, 0.5 * low * low * low * low);
             return;
         }
-        self.many_planes(middle, at);
+        self.many_planes(middle, unit);
     }
 
     /// Adds what each sample of the unit around `middle` sees.
-    fn many_planes(&mut self, middle: &Vector3<f32>, at: usize) {
+    fn many_planes(&mut self, middle: &Vector3<f32>, unit: usize) {
         let planes = &self.view.planes;
-        let [mut px, mut py, mut pz, mut inverse, mut u, mut v] = [[0.0_f32; N]; 6];
-        for l in 0..N {
-            px[l] = middle.x + self.right.x * X[l] + self.down.x * Y[l];
-            py[l] = middle.y + self.right.y * X[l] + self.down.y * Y[l];
-            pz[l] = middle.z + self.right.z * X[l] + self.down.z * Y[l];
-            inverse[l] = 1.0 / pz[l];
-            (u[l], v[l]) = (px[l] * inverse[l], py[l] * inverse[l]);
+        let mut distance = [f32x4::ZERO; ROWS];
+        let mut full = [f32x4::ZERO; ROWS];
+        for row in 0..ROWS {
+            let [x, y, z] = self.row(middle, YZ[row]);
+            let inverse = f32x4::ONE / z;
+            let (u, v) = planes.pixels(x * inverse, y * inverse);
+            let records = [0, 1, 2, 3].map(|l| planes.pixel(u[l], v[l]));
+            let [a, b, c, d] = columns(records);
+            distance[row] = d - (a * x + b * y + c * z);
+            full[row] = weight(d, inverse);
         }
-        let (x, y) = planes.pixels(&u, &v);
-        let records: [[f32; 4]; N] = std::array::from_fn(|l| planes.pixel(x[l], y[l]));
-        let [mut distance, mut full] = [[0.0; N]; 2];
-        for l in 0..N {
-            let [a, b, c, d] = records[l];
-            distance[l] = d - (a * px[l] + b * py[l] + c * pz[l]);
-            full[l] = weight(d, inverse[l]);
-        }
-        let trust = self.add_distances(&distance, &full, at);
+        let trust = self.add_distances(&distance, &full, unit);
         if let Some(color) = self.view.color {
-            self.add_colors(color, middle, &distance, &trust, at);
+            self.add_colors(color, middle, &distance, &trust, unit);
         }
+    }
+
+    /// The samples of the row `y` and `z` voxels from the middle of a unit.
+    #[inline]
+    fn row(&self, middle: &Vector3<f32>, (y, z): (f32, f32)) -> [f32x4; 3] {
+        let start = middle + self.down * y + self.deep * z;
+        [0, 1, 2].map(|axis| f32x4::new(X) * self.right[axis] + start[axis])
     }
 
     /// Space that is seen through is counted apart and never enters the mean distance, which would otherwise shrink
     /// every silhouette; what lies behind a surface counts the less the farther it is, for it may be about the other
     /// side of a thin wall (Bylow et al. 2013, sec. III-C). Gives what each sample was trusted.
     #[inline]
-    fn add_distances(&mut self, distance: &Lanes, full: &Lanes, at: usize) -> Lanes {
-        let [mut trust, mut signed, mut through] = [[0.0_f32; N]; 3];
-        for l in 0..N {
-            let d = distance[l];
+    fn add_distances(&mut self, distance: &[f32x4; ROWS], full: &[f32x4; ROWS], unit: usize) -> [f32x4; ROWS] {
+        let unit: &mut Unit = &mut self.block.units[unit];
+        let mut trust = [f32x4::ZERO; ROWS];
+        for row in 0..ROWS {
+            let d = distance[row];
             let share = (d + self.reach.behind) * self.fall;
-            let share = if share < 1.0 { share } else { 1.0 };
-            let share = if share > 0.0 { share } else { 0.0 };
-            let part = full[l] * share * share;
-            let beyond = d > self.reach.front;
-            trust[l] = if beyond { 0.0 } else { part };
-            through[l] = if beyond { full[l] } else { 0.0 };
-            signed[l] = if d > -self.reach.behind { trust[l] * d } else { 0.0 };
+            let share = share.fast_min(f32x4::ONE).fast_max(f32x4::ZERO);
+            let beyond = d.simd_gt(f32x4::splat(self.reach.front));
+            trust[row] = !beyond & (full[row] * share * share);
+            // What lies far behind is trusted with 0 and, where there is nothing, infinitely far: it is left out.
+            let kept = d.simd_gt(f32x4::splat(-self.reach.behind)) & d;
+            add(&mut unit.sum, row, trust[row] * kept);
+            add(&mut unit.weight, row, trust[row]);
+            add(&mut unit.free, row, beyond & full[row]);
         }
-        add(&mut self.block.sum, at, &signed);
-        add(&mut self.block.weight, at, &trust);
-        add(&mut self.block.free, at, &through);
         trust
     }
 
-    fn add_colors(&mut self, color: &ColorImage, middle: &Vector3<f32>, distance: &Lanes, trust: &Lanes, at: usize) {
-        for l in 0..N {
-            if trust[l] > 0.0 && distance[l].abs() < 2.0 * self.reach.voxel {
-                let p = middle + self.right * X[l] + self.down * Y[l];
-                let sample = at + l % LONG + ROW * (l / LONG);
-                add_color(self.view, color, self.block, sample, (p.x / p.z, p.y / p.z), trust[l]);
+    fn add_colors(
+        &mut self,
+        color: &ColorImage,
+        middle: &Vector3<f32>,
+        distance: &[f32x4; ROWS],
+        trust: &[f32x4; ROWS],
+        unit: usize,
+    ) {
+        for row in 0..ROWS {
+            let near = distance[row].abs().simd_le(f32x4::splat(2.0 * self.reach.voxel));
+            let weight = (near & trust[row]).to_array();
+            let [x, y, z] = self.row(middle, YZ[row]);
+            let (u, v) = ((x / z).to_array(), (y / z).to_array());
+            for l in (0..4).filter(|l| weight[*l] > 0.0) {
+                add_color(
+                    self.view,
+                    color,
+                    self.block,
+                    sample(unit, 4 * row + l),
+                    (u[l], v[l]),
+                    weight[l],
+                );
             }
         }
     }
 }
 
-/// Weight of a look at a plane at distance `d` from the camera, `slant² / z⁴`; none of nothing.
-#[inline]
-fn weight(d: f32, inverse: f32) -> f32 {
-    let d = if d > 0.0 { d } else { 0.0 };
-    let slant = d * inverse;
-    let near = inverse * inverse;
-    slant * slant * near * near
+/// Number in its block of a sample of a unit.
+fn sample(unit: usize, lane: usize) -> usize {
+    let x = (unit & 1) << 2 | lane & 3;
+    let y = unit & 6 | lane >> 2 & 1;
+    let z = unit >> 2 & 6 | lane >> 3;
+    x | y << 3 | z << 6
 }
 
-/// Adds to the two rows of a unit.
+/// Four records as their four components.
 #[inline]
-fn add(samples: &mut [f32; BLOCK_SAMPLES], at: usize, unit: &Lanes) {
-    if let Some(into) = samples[at..].first_chunk_mut::<{ LONG + ROW }>() {
-        for l in 0..LONG {
-            into[l] += unit[l];
-            into[l + ROW] += unit[l + LONG];
-        }
+fn columns(records: [[f32; 4]; 4]) -> [f32x4; 4] {
+    f32x4::transpose(records.map(f32x4::new))
+}
+
+#[inline]
+fn put(into: &mut [f32; UNITS], at: usize, four: f32x4) {
+    into[at..at + 4].copy_from_slice(&four.to_array());
+}
+
+/// Weight of a look at a plane at distance `d` from the camera, `slant² / z⁴`; none of nothing.
+#[inline]
+fn weight(d: f32x4, inverse: f32x4) -> f32x4 {
+    let slant = d.fast_max(f32x4::ZERO) * inverse;
+    let near = inverse * inverse;
+    slant * slant * (near * near)
+}
+
+/// Adds to a row of a unit.
+#[inline]
+fn add(samples: &mut [f32; UNIT_SAMPLES], row: usize, four: f32x4) {
+    if let Some(into) = samples[4 * row..].first_chunk_mut::<4>() {
+        *into = (f32x4::new(*into) + four).to_array();
     }
 }
 

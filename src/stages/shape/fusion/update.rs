@@ -71,8 +71,8 @@ pub fn update(view: &Prepared, key: [i32; 3], block: &mut Block, reach: Reach) {
         Verdict::Mixed => {
             let pixels = reach.voxel * view.camera.fx.max(view.camera.fy) as f32 / middle;
             let mut units = Units::new(view, block, &steps, reach, pixels > WIDEST);
-            for z in 0..N {
-                units.layer(&(base + steps.column(2) * z as f32), N * N * z);
+            for z in 0..N / 2 {
+                units.layer(&(base + steps.column(2) * (2 * z) as f32), z);
             }
         }
     }

@@ -20,7 +20,7 @@ pub struct Unit {
     pub sum: [f32; UNIT_SAMPLES],
     /// Sum of the weights in `sum`.
     pub weight: [f32; UNIT_SAMPLES],
-    /// Sum of the weights of the observations that saw through a sample.
+    /// Sum of the weights of the observations that saw through a sample, but not through the whole unit.
     pub free: [f32; UNIT_SAMPLES],
 }
 
@@ -36,6 +36,8 @@ pub fn unit_of(at: usize) -> (usize, usize) {
 pub struct Block {
     /// Two units along x, four along y, four along z.
     pub units: [Unit; BLOCK_SAMPLES / UNIT_SAMPLES],
+    /// Sum of the weights of the observations that saw through a whole unit.
+    pub free: [f32; BLOCK_SAMPLES / UNIT_SAMPLES],
     /// Sum of the weights of the observations that saw through the whole block.
     pub free_all: f32,
     /// Weighted sums of red, green and blue, and the weight; only where a colour was seen.
@@ -46,6 +48,7 @@ impl Default for Block {
     fn default() -> Self {
         Self {
             units: [Unit::default(); BLOCK_SAMPLES / UNIT_SAMPLES],
+            free: [0.0; BLOCK_SAMPLES / UNIT_SAMPLES],
             free_all: 0.0,
             color: None,
         }
@@ -57,13 +60,20 @@ impl Block {
     /// than stopped at it is not one.
     pub fn distance(&self, at: usize, least_weight: f32) -> f32 {
         let (unit, lane) = unit_of(at);
+        let free = self.free(at);
         let unit = &self.units[unit];
         let (sum, weight) = (unit.sum[lane], unit.weight[lane]);
-        let ghost = sum < 0.0 && unit.free[lane] + self.free_all > SEEN_THROUGH * weight;
+        let ghost = sum < 0.0 && free > SEEN_THROUGH * weight;
         if weight <= least_weight || ghost {
             return f32::NAN;
         }
         sum / weight
+    }
+
+    /// Sum of the weights of the observations that saw through a sample.
+    pub fn free(&self, at: usize) -> f32 {
+        let (unit, lane) = unit_of(at);
+        self.units[unit].free[lane] + self.free[unit] + self.free_all
     }
 
     /// Sets the signed distance of a sample, with a weight of 1.

@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use super::depths::InverseDepths;
 use super::planes::Planes;
 use super::pyramid::Pyramid;
+use super::touch::touch_blocks;
 use super::update::{Prepared, Reach, update};
 use crate::base::{Error, Result};
 use crate::capture::{Camera, ColorImage, DepthImage};
-use crate::geometry::{BLOCK, BlockGrid, Mesh, grid_surface};
+use crate::geometry::{BlockGrid, Mesh, grid_surface};
 
 /// Blocks that one task works on.
 const TASK: usize = 32;
@@ -96,7 +97,8 @@ impl Fusion {
     ) -> Result<()> {
         check_size(camera, depth)?;
         let view = prepare(camera, field_from_camera, depth, color);
-        self.touch_blocks(&view, field_from_camera);
+        let near = self.config.behind.max(2.0 * self.config.voxel);
+        touch_blocks(&mut self.grid, &view, field_from_camera, near);
         let reach = Reach {
             front: self.config.truncation as f32,
             behind: self.config.behind as f32,
@@ -122,43 +124,6 @@ impl Fusion {
     /// The blocks.
     pub fn grid(&self) -> &BlockGrid {
         &self.grid
-    }
-
-    /// Keeps the blocks within reach of the surfaces that a view shows.
-    fn touch_blocks(&mut self, view: &Prepared, field_from_camera: &Isometry3<f64>) {
-        let camera = view.camera;
-        let block = self.config.voxel * f64::from(BLOCK);
-        let reach = self.config.behind.max(2.0 * self.config.voxel);
-        let planes = &view.planes;
-        let mut last = [[i32::MAX; 3]; 2];
-        for y in (1..planes.height).step_by(4) {
-            for x in (1..planes.width).step_by(4) {
-                let [a, b, c, d] = planes.pixel(x as u32 + 2, y as u32 + 2).map(f64::from);
-                if d < 0.0 {
-                    continue;
-                }
-                let (u, v) = (x as f64, y as f64);
-                let z = d / (a * u + b * v + c);
-                let ray = nalgebra::Point3::new((u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z);
-                let p = field_from_camera * ray;
-                let of = |shift: f64| [p.x, p.y, p.z].map(|x| ((x + shift) / block).floor() as i32);
-                let range = [of(-reach), of(reach)];
-                if range != last {
-                    touch_all(&mut self.grid, range);
-                    last = range;
-                }
-            }
-        }
-    }
-}
-
-fn touch_all(grid: &mut BlockGrid, [low, high]: [[i32; 3]; 2]) {
-    for x in low[0]..=high[0] {
-        for y in low[1]..=high[1] {
-            for z in low[2]..=high[2] {
-                grid.touch([x, y, z]);
-            }
-        }
     }
 }
 

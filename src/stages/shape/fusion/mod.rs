@@ -6,6 +6,7 @@ mod noise;
 mod patches;
 mod planes;
 mod pyramid;
+mod touch;
 mod units;
 mod update;
 mod windows;

@@ -18,7 +18,7 @@ pub const BAND: usize = 12;
 /// Cells of a row that are fitted at once.
 pub const TILE: usize = COLUMNS / 2;
 /// Variance of the misfit, in variances of the noise, up to which a window is one smooth surface.
-const SMOOTH: f32 = 1.7;
+const SMOOTH: f32 = 2.0;
 /// Adding and taking away this rounds a float to the nearest whole number; its bits then hold the number.
 const ROUND: f32 = 8_388_608.0;
 /// Bits of [`ROUND`].

@@ -4,6 +4,8 @@ use super::depths::InverseDepths;
 
 /// Pixels along the smallest squares.
 const SQUARE: usize = 8;
+/// Pixels along the next larger squares.
+pub const COARSE: usize = 2 * SQUARE;
 /// Levels, each of squares twice as large.
 const LEVELS: usize = 4;
 
@@ -73,6 +75,13 @@ impl Pyramid {
             }
         }
         Self { levels }
+    }
+
+    /// First pixel and least inverse depth of the squares of [`COARSE`] pixels that show something, row by row.
+    pub fn coarse(&self) -> impl Iterator<Item = ([usize; 2], f32)> + '_ {
+        let Level { columns, spans } = &self.levels[1];
+        let seen = spans.iter().enumerate().filter(|(_, span)| span.most > 0.0);
+        seen.map(move |(n, span)| ([n % columns * COARSE, n / columns * COARSE], span.least))
     }
 
     /// What the pixels of a rectangle show, and maybe some around it.

@@ -145,9 +145,7 @@ impl<'a> Units<'a> {
 
     #[inline]
     fn see_through(&mut self, unit: usize, weight: f32) {
-        for free in &mut self.block.units[unit].free {
-            *free += weight;
-        }
+        self.block.free[unit] += weight;
     }
 
     /// Adds what a unit sees where something tears the view, if it is not clear of all that is around.

@@ -1,6 +1,7 @@
-//! One view into one block: rows of eight samples, written so that compilers make vector code of it.
+//! One view into one block: what it can say about the block as a whole, and then about its samples.
 
 use nalgebra::{Matrix3, Vector3};
+use wide::f32x4;
 
 use super::noise::Noise;
 use super::planes::Planes;
@@ -78,14 +79,41 @@ pub fn update(view: &Prepared, key: [i32; 3], block: &mut Block, reach: Reach) {
     }
 }
 
+/// The least and the largest column, row and depth of the samples of a block.
+fn bounds(base: &Vector3<f32>, steps: &Matrix3<f32>) -> (Vector3<f32>, Vector3<f32>) {
+    let far = (N - 1) as f32;
+    let (x, y) = (f32x4::new([0.0, far, 0.0, far]), f32x4::new([0.0, 0.0, far, far]));
+    let corners = [0.0, far].map(|z| {
+        let [u, v, depth] = [0, 1, 2].map(|axis| {
+            let start = base[axis] + z * steps[(axis, 2)];
+            x * steps[(axis, 0)] + y * steps[(axis, 1)] + start
+        });
+        let inverse = f32x4::ONE / depth;
+        [u * inverse, v * inverse, depth]
+    });
+    let [upper, lower] = corners;
+    let least = |axis: usize| {
+        upper[axis]
+            .fast_min(lower[axis])
+            .to_array()
+            .into_iter()
+            .fold(f32::MAX, f32::min)
+    };
+    let most = |axis: usize| {
+        upper[axis]
+            .fast_max(lower[axis])
+            .to_array()
+            .into_iter()
+            .fold(f32::MIN, f32::max)
+    };
+    (
+        Vector3::from_fn(|axis, _| least(axis)),
+        Vector3::from_fn(|axis, _| most(axis)),
+    )
+}
+
 fn judge(view: &Prepared, base: &Vector3<f32>, steps: &Matrix3<f32>, reach: Reach) -> Verdict {
-    let (mut low, mut high) = (Vector3::repeat(f32::MAX), Vector3::repeat(f32::MIN));
-    for corner in 0..8 {
-        let at = |axis: usize| if corner >> axis & 1 == 1 { (N - 1) as f32 } else { 0.0 };
-        let p = base + steps * Vector3::new(at(0), at(1), at(2));
-        let pixel = Vector3::new(p.x / p.z, p.y / p.z, p.z);
-        (low, high) = (low.inf(&pixel), high.sup(&pixel));
-    }
+    let (low, high) = bounds(base, steps);
     let (w, h) = ((view.planes.width - 1) as f32, (view.planes.height - 1) as f32);
     if low.z < 0.5 * view.camera.depth_min.max(0.02) as f32 || high.x < 0.0 || high.y < 0.0 || low.x > w || low.y > h {
         return Verdict::Nothing;

@@ -43,6 +43,7 @@ fn link(name: &str, x: f64) -> Link {
         normal: [1.0, 0.0, 0.0],
         offset: 0.02,
         score: 0.97,
+        ..SymmetryPlane::default()
     }];
     let lift = || vec!["lift".to_owned()];
     link.mass = Some(

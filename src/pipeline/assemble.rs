@@ -9,7 +9,7 @@ use crate::stages::articulation::Articulation;
 use crate::stages::shape::{Shapes, Silhouette};
 use crate::twin::{
     Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
-    SupportPlane, SymmetryPlane, Twin,
+    SupportPlane, Symmetry, Twin,
 };
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
@@ -132,10 +132,12 @@ pub fn link_meshes(model: &Model) -> Vec<(String, crate::stages::shape::Mesh)> {
     model.twin.links().filter_map(|(_, l)| of(l)).collect()
 }
 
-/// Writes the planes of reflection of a link.
-pub fn set_symmetry(model: &mut Model, link: &str, planes: Vec<SymmetryPlane>) {
+/// Writes what leaves the shape of a link as it is.
+pub fn set_symmetry(model: &mut Model, link: &str, found: Symmetry) {
     if let Some(link) = model.twin.link_mut(link) {
-        link.symmetry = planes;
+        link.symmetry = found.planes;
+        link.axes = found.axes;
+        link.symmetry_center = found.center;
     }
 }
 

@@ -39,8 +39,9 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
 
     if options.runs(Pass::Symmetry) {
         for (name, mesh) in assemble::link_meshes(&model) {
-            let planes = symmetry::detect(&mesh, &options.symmetry, &mut notices)?;
-            assemble::set_symmetry(&mut model, &name, planes);
+            let known = symmetry::Evidence::default();
+            let found = symmetry::detect(&name, &mesh, &known, &options.symmetry, &mut notices)?;
+            assemble::set_symmetry(&mut model, &name, found);
         }
     }
     clock.lap("symmetry");

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Joint;
+use super::{Joint, SymmetryAxis, SymmetryCenter, SymmetryPlane};
 use crate::base::{Estimate, Pose};
 
 /// What moves as one tree. A rigid body has one link.
@@ -41,6 +41,12 @@ pub struct Link {
     /// Planes of reflection through the mesh, best first.
     #[serde(default)]
     pub symmetry: Vec<SymmetryPlane>,
+    /// Axes of rotation through the mesh, best first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub axes: Vec<SymmetryAxis>,
+    /// The centre of the mesh where it is a ball.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub symmetry_center: Option<SymmetryCenter>,
     /// Silhouettes of the principal views, paths relative to the twin's folder.
     #[serde(default)]
     pub principal_views: Vec<String>,
@@ -135,17 +141,6 @@ pub struct Superquadric {
     pub pose: Pose,
 }
 
-/// A plane of reflection `normal · x = offset`, link frame.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct SymmetryPlane {
-    /// Unit normal, link frame.
-    pub normal: [f64; 3],
-    /// Distance of the plane from the link's origin along the normal, m.
-    pub offset: f64,
-    /// How well the mirrored surface falls on itself, 0 to 1.
-    pub score: f64,
-}
-
 impl Link {
     /// A link of which only the name and the pose are known.
     pub fn new(name: impl Into<String>, pose: Pose) -> Self {
@@ -157,6 +152,8 @@ impl Link {
             seen: None,
             superquadric: None,
             symmetry: Vec::new(),
+            axes: Vec::new(),
+            symmetry_center: None,
             principal_views: Vec::new(),
             mass: None,
             com: None,

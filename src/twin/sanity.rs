@@ -143,6 +143,16 @@ impl Link {
         for plane in &self.symmetry {
             unit(&format!("{name}.symmetry"), &plane.normal)?;
             probability(&format!("{name}.symmetry.score"), plane.score)?;
+            finite(&format!("{name}.symmetry.normal_sd"), &plane.normal_sd.unwrap_or_default())?;
+            finite(&format!("{name}.symmetry.offset_sd"), &[plane.offset_sd.unwrap_or_default()])?;
+        }
+        for axis in &self.axes {
+            unit(&format!("{name}.axes"), &axis.direction)?;
+            probability(&format!("{name}.axes.score"), axis.score)?;
+            finite(&format!("{name}.axes.point"), &axis.point)?;
+        }
+        if let Some(center) = &self.symmetry_center {
+            finite(&format!("{name}.symmetry_center"), &center.point)?;
         }
         Ok(())
     }

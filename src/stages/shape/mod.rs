@@ -3,6 +3,7 @@
 mod anchor;
 mod config;
 mod discover;
+mod free;
 mod furnish;
 mod fuse;
 mod lens;
@@ -25,5 +26,6 @@ mod tests;
 
 pub use crate::geometry::{Mesh, Silhouette};
 pub use config::Config;
+pub use free::FreeSpace;
 pub use furnish::furnish;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};

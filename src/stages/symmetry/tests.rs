@@ -3,14 +3,18 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use rand::Rng;
 
-use super::{Config, detect};
+use super::{Config, Evidence, detect};
 use crate::base::{Notices, Seed, rng_for};
 use crate::geometry::Mesh;
 use crate::geometry::solids::{cuboid, cylinder, revolve, sphere, subdivided, torus};
-use crate::twin::SymmetryPlane;
+use crate::twin::{Symmetry, SymmetryPlane};
 
 fn planes_of(mesh: &Mesh) -> Vec<SymmetryPlane> {
-    detect(mesh, &Config::default(), &mut Notices::default()).unwrap()
+    found(mesh).planes
+}
+
+fn found(mesh: &Mesh) -> Symmetry {
+    detect("it", mesh, &Evidence::default(), &Config::default(), &mut Notices::default()).unwrap()
 }
 
 /// Angle, degrees, and distance, m, between a found plane and a true one through `point`.
@@ -107,7 +111,9 @@ fn a_mug_has_one_plane_clean_or_scanned() {
 fn lathe_shapes_get_two_planes_through_the_axis() {
     let notes = |mesh: &Mesh| {
         let mut notices = Notices::default();
-        let planes = detect(mesh, &Config::default(), &mut notices).unwrap();
+        let planes = detect("it", mesh, &Evidence::default(), &Config::default(), &mut notices)
+            .unwrap()
+            .planes;
         (planes, notices.0.len())
     };
     let tilt = Isometry3::new(Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.5, 0.2, 0.0));

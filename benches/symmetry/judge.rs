@@ -49,17 +49,27 @@ pub fn judge(thing: &Thing, found: &Symmetry, pose: &Isometry3<f64>) -> Judged {
     out.planes = used.iter().filter(|u| **u).count();
     if let Some((direction, fold)) = thing.axis {
         let direction = pose * direction;
-        let right = found.axes.iter().find(|a| a.fold == fold && angle(&a.direction.into(), &direction) < SAME.0);
+        let right = found
+            .axes
+            .iter()
+            .find(|a| a.fold == fold && angle(&a.direction.into(), &direction) < SAME.0);
         out.axis_missing = right.is_none();
         let any = right.or(found.axes.first());
         out.axis_error = any.map(|a| {
             let d = Vector3::from(a.direction);
-            (angle(&d, &direction), 1e3 * distance_to_line(&center, &a.point.into(), &d), a.fold)
+            (
+                angle(&d, &direction),
+                1e3 * distance_to_line(&center, &a.point.into(), &d),
+                a.fold,
+            )
         });
     }
     if thing.ball {
         out.axis_missing = found.center.is_none();
-        out.center_error = found.center.as_ref().map(|c| 1e3 * (Point3::from(c.point) - center).norm());
+        out.center_error = found
+            .center
+            .as_ref()
+            .map(|c| 1e3 * (Point3::from(c.point) - center).norm());
     }
     out
 }
@@ -143,33 +153,48 @@ impl Tally {
         self.rows.push((name.into(), judged));
     }
 
-    /// Shares within 1.96 standard deviations: of offsets, of normals.
-    pub fn coverage(&self) -> (f64, f64, usize) {
+    /// Shares within 1.96 standard deviations, and error over deviation (root mean square): of offsets, of normals.
+    pub fn coverage(&self) -> [(f64, f64, usize); 2] {
         let share = |pick: fn(&Judged) -> &Vec<f64>| {
             let all: Vec<f64> = self.rows.iter().flat_map(|r| pick(&r.1).iter().copied()).collect();
             let held = all.iter().filter(|z| z.abs() < 1.96).count();
-            (held as f64 / all.len().max(1) as f64, all.len())
+            let rms = (all.iter().map(|z| z * z).sum::<f64>() / all.len().max(1) as f64).sqrt();
+            (held as f64 / all.len().max(1) as f64, rms, all.len())
         };
-        let (offsets, normals) = (share(|j| &j.offset_scores), share(|j| &j.normal_scores));
-        (offsets.0, normals.0, offsets.1)
+        [share(|j| &j.offset_scores), share(|j| &j.normal_scores)]
     }
 }
 
 impl fmt::Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let all = || self.rows.iter().map(|r| &r.1);
-        let (found, truth) = (all().map(|j| j.planes).sum::<usize>(), all().map(|j| j.true_planes).sum::<usize>());
+        let (found, truth) = (
+            all().map(|j| j.planes).sum::<usize>(),
+            all().map(|j| j.true_planes).sum::<usize>(),
+        );
         let bare = || all().filter(|j| j.true_planes == 0);
         let worst = |pick: fn(&Judged) -> f64| all().map(pick).fold(0.0, f64::max);
         let axes = || all().filter(|j| !j.axis_missing).filter_map(|j| j.axis_error);
-        writeln!(f, "planes found: {found} of {truth}; false on things that have some: {}", all().filter(|j| j.true_planes > 0).map(|j| j.false_planes).sum::<usize>())?;
+        writeln!(
+            f,
+            "planes found: {found} of {truth}; false on things that have some: {}",
+            all()
+                .filter(|j| j.true_planes > 0)
+                .map(|j| j.false_planes)
+                .sum::<usize>()
+        )?;
         writeln!(
             f,
             "things without a plane: {}, of which one was claimed on {}",
             bare().count(),
             bare().filter(|j| j.false_planes > 0).count()
         )?;
-        writeln!(f, "worst plane {:.3} degrees, {:.3} mm", worst(|j| j.plane_error.0), worst(|j| j.plane_error.1))?;
+        writeln!(
+            f,
+            "worst plane {:.3} degrees, {:.3} mm",
+            worst(|j| j.plane_error.0),
+            worst(|j| j.plane_error.1)
+        )?;
         writeln!(
             f,
             "axes {} (missing {}), worst {:.3} degrees, {:.3} mm",
@@ -178,7 +203,16 @@ impl fmt::Display for Tally {
             axes().map(|a| a.0).fold(0.0, f64::max),
             axes().map(|a| a.1).fold(0.0, f64::max)
         )?;
-        let (offsets, normals, count) = self.coverage();
-        write!(f, "95 % intervals hold: offsets {:.1} %, normals {:.1} % ({count} planes)", 100.0 * offsets, 100.0 * normals)
+        let [offsets, normals] = self.coverage();
+        write!(
+            f,
+            "95 % intervals hold: {:.1} % of {} offsets (error {:.2} sd rms), {:.1} % of {} components of normals ({:.2} sd rms)",
+            100.0 * offsets.0,
+            offsets.2,
+            offsets.1,
+            100.0 * normals.0,
+            normals.2,
+            normals.1
+        )
     }
 }

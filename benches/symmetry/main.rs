@@ -1,6 +1,12 @@
 //! Symmetry of things whose symmetry is known: `cargo bench --bench symmetry [clean|fused|partial|coverage|bottoms]`.
 //! Angles in degrees, distances in mm; truth is how the things were made, the range camera is the lab's.
-#![allow(missing_docs, clippy::expect_used, clippy::print_stdout, clippy::disallowed_macros, reason = "a program that prints a table")]
+#![allow(
+    missing_docs,
+    clippy::expect_used,
+    clippy::print_stdout,
+    clippy::disallowed_macros,
+    reason = "a program that prints a table"
+)]
 
 mod judge;
 mod rendered;
@@ -33,6 +39,9 @@ fn main() {
     if wants("bottoms") {
         rendered::bottoms();
     }
+    if asked.iter().any(|a| a == "look") {
+        rendered::look();
+    }
     if wants("coverage") {
         rendered::coverage();
     }
@@ -64,9 +73,19 @@ fn clean() {
     }
     println!("{tally}");
     for (name, mesh) in scans() {
-        let symmetry = found(&mesh, &Evidence { noise: 5e-4, ..Evidence::default() });
+        let symmetry = found(
+            &mesh,
+            &Evidence {
+                noise: 5e-4,
+                ..Evidence::default()
+            },
+        );
         let planes: Vec<String> = symmetry.planes.iter().map(|p| format!("{:.2}", p.score)).collect();
-        let axes: Vec<String> = symmetry.axes.iter().map(|a| format!("{}-fold {:.2}", a.fold, a.score)).collect();
+        let axes: Vec<String> = symmetry
+            .axes
+            .iter()
+            .map(|a| format!("{}-fold {:.2}", a.fold, a.score))
+            .collect();
         println!("scan {name:22} planes {planes:?} axes {axes:?}");
     }
 }
@@ -79,4 +98,3 @@ pub fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
 pub fn distance_to_line(p: &Point3<f64>, on: &Point3<f64>, direction: &Vector3<f64>) -> f64 {
     (p - on).cross(direction).norm()
 }
-

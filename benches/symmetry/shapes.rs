@@ -28,7 +28,13 @@ const Y: Vector3<f64> = Vector3::new(0.0, 1.0, 0.0);
 const Z: Vector3<f64> = Vector3::new(0.0, 0.0, 1.0);
 
 /// Lifted so that it stands on z = 0; `center` moves along.
-fn thing(name: &str, mesh: Mesh, planes: &[Vector3<f64>], axis: Option<(Vector3<f64>, u32)>, center: [f64; 3]) -> Thing {
+fn thing(
+    name: &str,
+    mesh: Mesh,
+    planes: &[Vector3<f64>],
+    axis: Option<(Vector3<f64>, u32)>,
+    center: [f64; 3],
+) -> Thing {
     let low = mesh.bounds().expect("not empty").0.z;
     let up = Isometry3::translation(0.0, 0.0, -low);
     Thing {
@@ -127,7 +133,10 @@ pub fn stone(seed: u64, size: [f64; 3]) -> Mesh {
         .collect();
     let mut mesh = sphere(1.0, 4);
     for v in &mut mesh.vertices {
-        let swell: f64 = waves.iter().map(|(k, phase, a)| a * (k.dot(&v.coords) + phase).sin()).sum();
+        let swell: f64 = waves
+            .iter()
+            .map(|(k, phase, a)| a * (k.dot(&v.coords) + phase).sin())
+            .sum();
         *v = Point3::from(v.coords.component_mul(&Vector3::from(size)) * (1.0 + swell));
     }
     mesh
@@ -135,8 +144,22 @@ pub fn stone(seed: u64, size: [f64; 3]) -> Mesh {
 
 /// Things with a symmetry.
 pub fn symmetric() -> Vec<Thing> {
-    let l = [[0.0, 0.0], [0.09, 0.0], [0.09, 0.03], [0.03, 0.03], [0.03, 0.09], [0.0, 0.09]];
-    let l_uneven = [[0.0, 0.0], [0.11, 0.0], [0.11, 0.025], [0.035, 0.025], [0.035, 0.07], [0.0, 0.07]];
+    let l = [
+        [0.0, 0.0],
+        [0.09, 0.0],
+        [0.09, 0.03],
+        [0.03, 0.03],
+        [0.03, 0.09],
+        [0.0, 0.09],
+    ];
+    let l_uneven = [
+        [0.0, 0.0],
+        [0.11, 0.0],
+        [0.11, 0.025],
+        [0.035, 0.025],
+        [0.035, 0.07],
+        [0.0, 0.07],
+    ];
     let t = [
         [-0.015, 0.0],
         [0.015, 0.0],
@@ -185,10 +208,13 @@ pub fn symmetric() -> Vec<Thing> {
             turned.triangles.iter_mut().for_each(|t| t.swap(1, 2));
             turned.transformed(&Isometry3::translation(0.0, 0.0, w))
         }]);
-        let top: Vec<u32> = (0..open.vertices.len() as u32).filter(|v| open.vertices[*v as usize].z > z - 1e-9).collect();
+        let top: Vec<u32> = (0..open.vertices.len() as u32)
+            .filter(|v| open.vertices[*v as usize].z > z - 1e-9)
+            .collect();
         for i in 0..4 {
             let j = (i + 1) % 4;
-            open.triangles.extend([[top[i], top[j], top[4 + j]], [top[i], top[4 + j], top[4 + i]]]);
+            open.triangles
+                .extend([[top[i], top[j], top[4 + j]], [top[i], top[4 + j], top[4 + i]]]);
         }
         open
     };
@@ -198,7 +224,9 @@ pub fn symmetric() -> Vec<Thing> {
     }
     let diagonal = Vector3::new(1.0, -1.0, 0.0).normalize();
     let mut pyramid = extruded(&regular(4, 0.06), 0.07);
-    pyramid.vertices[4..].iter_mut().for_each(|v| *v = Point3::new(0.3 * v.x, 0.3 * v.y, v.z));
+    pyramid.vertices[4..]
+        .iter_mut()
+        .for_each(|v| *v = Point3::new(0.3 * v.x, 0.3 * v.y, v.z));
     let mut ball = round(thing("ball", sphere(0.04, 4), &[X, Y, Z], None, [0.0; 3]));
     ball.ball = true;
     let across = |mut planes: Vec<Vector3<f64>>| {
@@ -209,8 +237,20 @@ pub fn symmetric() -> Vec<Thing> {
     vec![
         thing("box", cuboid([0.06, 0.1, 0.14]), &[X, Y, Z], None, [0.0; 3]),
         thing("book", cuboid([0.15, 0.21, 0.03]), &[X, Y, Z], None, [0.0; 3]),
-        thing("cube", cuboid([0.08; 3]), &[&[X, Y, Z][..], &cube].concat(), None, [0.0; 3]),
-        thing("cylinder", cylinder(0.035, 0.1, 128), &[X, Y, Z], Some((Z, 0)), [0.0; 3]),
+        thing(
+            "cube",
+            cuboid([0.08; 3]),
+            &[&[X, Y, Z][..], &cube].concat(),
+            None,
+            [0.0; 3],
+        ),
+        thing(
+            "cylinder",
+            cylinder(0.035, 0.1, 128),
+            &[X, Y, Z],
+            Some((Z, 0)),
+            [0.0; 3],
+        ),
         thing(
             "frustum",
             revolve(&[[0.0, 0.0], [0.045, 0.0], [0.02, 0.08], [0.0, 0.08]], 128),
@@ -219,22 +259,64 @@ pub fn symmetric() -> Vec<Thing> {
             [0.0, 0.0, 0.04],
         ),
         thing("bottle", revolve(&bottle, 128), &[X, Y], Some((Z, 0)), [0.0, 0.0, 0.09]),
-        thing("mug", joined(&[revolve(&MUG, 128), handle(0.0, [0.045, 0.045])]), &[Y], None, [0.0, 0.0, 0.045]),
+        thing(
+            "mug",
+            joined(&[revolve(&MUG, 128), handle(0.0, [0.045, 0.045])]),
+            &[Y],
+            None,
+            [0.0, 0.0, 0.045],
+        ),
         thing("cup", revolve(&MUG, 128), &[X, Y], Some((Z, 0)), [0.0, 0.0, 0.045]),
         thing("bowl", revolve(&bowl, 128), &[X, Y], Some((Z, 0)), [0.0, 0.0, 0.025]),
         ball,
-        thing("hexagon", extruded(&regular(6, 0.05), 0.06), &across(fan(6)), Some((Z, 6)), [0.0, 0.0, 0.03]),
-        thing("triangle", extruded(&regular(3, 0.06), 0.05), &across(fan(3)), Some((Z, 3)), [0.0, 0.0, 0.025]),
-        thing("octagon", extruded(&regular(8, 0.05), 0.05), &across(fan(8)), Some((Z, 8)), [0.0, 0.0, 0.025]),
+        thing(
+            "hexagon",
+            extruded(&regular(6, 0.05), 0.06),
+            &across(fan(6)),
+            Some((Z, 6)),
+            [0.0, 0.0, 0.03],
+        ),
+        thing(
+            "triangle",
+            extruded(&regular(3, 0.06), 0.05),
+            &across(fan(3)),
+            Some((Z, 3)),
+            [0.0, 0.0, 0.025],
+        ),
+        thing(
+            "octagon",
+            extruded(&regular(8, 0.05), 0.05),
+            &across(fan(8)),
+            Some((Z, 8)),
+            [0.0, 0.0, 0.025],
+        ),
         thing("L", extruded(&l, 0.04), &[diagonal, Z], None, [0.0, 0.0, 0.02]),
         thing("L uneven", extruded(&l_uneven, 0.04), &[Z], None, [0.0, 0.0, 0.02]),
         thing("T", extruded(&t, 0.04), &[X, Z], None, [0.0, 0.0, 0.02]),
         thing("Z", extruded(&z, 0.04), &[Z], Some((Z, 2)), [0.0, 0.0, 0.02]),
-        thing("pinwheel", extruded(&blades(5), 0.03), &[Z], Some((Z, 5)), [0.0, 0.0, 0.015]),
+        thing(
+            "pinwheel",
+            extruded(&blades(5), 0.03),
+            &[Z],
+            Some((Z, 5)),
+            [0.0, 0.0, 0.015],
+        ),
         round(thing("ellipsoid", ellipsoid, &[X, Y, Z], None, [0.0; 3])),
         thing("pyramid", pyramid, &fan(4), Some((Z, 4)), [0.0, 0.0, 0.035]),
-        thing("tray", tray([0.07, 0.05, 0.05], 0.008), &[X, Y], None, [0.0, 0.0, 0.025]),
-        round(thing("torus", torus(0.045, 0.018, 128, 48), &[X, Y, Z], Some((Z, 0)), [0.0; 3])),
+        thing(
+            "tray",
+            tray([0.07, 0.05, 0.05], 0.008),
+            &[X, Y],
+            None,
+            [0.0, 0.0, 0.025],
+        ),
+        round(thing(
+            "torus",
+            torus(0.045, 0.018, 128, 48),
+            &[X, Y, Z],
+            Some((Z, 0)),
+            [0.0; 3],
+        )),
     ]
 }
 
@@ -268,9 +350,18 @@ pub fn asymmetric() -> Vec<Thing> {
         mesh
     };
     let wedge = [[0.0, 0.0], [0.1, 0.0], [0.03, 0.07]];
-    let j = [[0.0, 0.0], [0.07, 0.0], [0.07, 0.1], [0.045, 0.1], [0.045, 0.03], [0.0, 0.03]];
+    let j = [
+        [0.0, 0.0],
+        [0.07, 0.0],
+        [0.07, 0.1],
+        [0.045, 0.1],
+        [0.045, 0.03],
+        [0.0, 0.03],
+    ];
     let mut tetra = extruded(&wedge, 0.07);
-    tetra.vertices[3..].iter_mut().for_each(|v| *v = Point3::new(0.02 + 0.2 * v.x, 0.01 + 0.15 * v.y, v.z));
+    tetra.vertices[3..]
+        .iter_mut()
+        .for_each(|v| *v = Point3::new(0.02 + 0.2 * v.x, 0.01 + 0.15 * v.y, v.z));
     let mut cut = cuboid([0.06, 0.09, 0.12]);
     cut.vertices[7] += Vector3::new(-0.03, -0.02, -0.04);
     let helix = |turns: f64, shrink: f64| {
@@ -280,7 +371,11 @@ pub fn asymmetric() -> Vec<Thing> {
             let along = angle / TAU;
             let r = v.x.hypot(v.y);
             let out = (r - 0.04) + 0.04 * (1.0 + shrink * along);
-            *v = Point3::new(out * (turns * angle).cos(), out * (turns * angle).sin(), v.z * (1.0 + 0.3 * along) + 0.07 * along);
+            *v = Point3::new(
+                out * (turns * angle).cos(),
+                out * (turns * angle).sin(),
+                v.z * (1.0 + 0.3 * along) + 0.07 * along,
+            );
         }
         // Cut where the ends of the coil would be joined.
         let mut open = tube.subset(|t| {
@@ -293,18 +388,66 @@ pub fn asymmetric() -> Vec<Thing> {
     let spout = boxed([0.03, 0.016, 0.02], [0.0, 0.05, 0.075]);
     let mug = revolve(&MUG, 128);
     all.extend([
-        bent("crooked", joined(&[cuboid([0.1, 0.04, 0.03]), boxed([0.03, 0.03, 0.08], [0.035, 0.005, 0.055]), boxed([0.02, 0.07, 0.02], [-0.02, 0.055, 0.003])])),
+        bent(
+            "crooked",
+            joined(&[
+                cuboid([0.1, 0.04, 0.03]),
+                boxed([0.03, 0.03, 0.08], [0.035, 0.005, 0.055]),
+                boxed([0.02, 0.07, 0.02], [-0.02, 0.055, 0.003]),
+            ]),
+        ),
         bent("tetrahedron", tetra),
         bent("cut box", cut),
         bent("slanted wedge", skewed(extruded(&wedge, 0.05), 0.25)),
         bent("slanted J", skewed(extruded(&j, 0.05), 0.25)),
-        bent("mug with spout", joined(&[mug.clone(), handle(0.0, [0.045, 0.045]), spout.transformed(&Isometry3::rotation(Z * -0.3))])),
-        bent("mug, two handles", joined(&[mug.clone(), handle(0.0, [0.045, 0.045]), handle(1.9, [0.045, 0.06])])),
-        bent("camera", joined(&[cuboid([0.11, 0.04, 0.07]), cylinder(0.025, 0.04, 64).transformed(&Isometry3::new(Vector3::new(0.02, 0.035, -0.004), X * FRAC_PI_2)), boxed([0.02, 0.012, 0.012], [-0.035, 0.004, 0.04])])),
+        bent(
+            "mug with spout",
+            joined(&[
+                mug.clone(),
+                handle(0.0, [0.045, 0.045]),
+                spout.transformed(&Isometry3::rotation(Z * -0.3)),
+            ]),
+        ),
+        bent(
+            "mug, two handles",
+            joined(&[mug.clone(), handle(0.0, [0.045, 0.045]), handle(1.9, [0.045, 0.06])]),
+        ),
+        bent(
+            "camera",
+            joined(&[
+                cuboid([0.11, 0.04, 0.07]),
+                cylinder(0.025, 0.04, 64)
+                    .transformed(&Isometry3::new(Vector3::new(0.02, 0.035, -0.004), X * FRAC_PI_2)),
+                boxed([0.02, 0.012, 0.012], [-0.035, 0.004, 0.04]),
+            ]),
+        ),
         bent("coil", helix(0.8, 0.5)),
-        bent("bracket", joined(&[cuboid([0.1, 0.03, 0.03]), boxed([0.03, 0.07, 0.02], [0.035, 0.05, 0.002]), boxed([0.02, 0.024, 0.09], [-0.036, 0.002, 0.06])])),
-        bent("box with knob", joined(&[cuboid([0.07, 0.1, 0.06]), sphere(0.015, 3).transformed(&Isometry3::translation(0.02, 0.03, 0.032))])),
-        bent("bottle with label", joined(&[revolve(&[[0.0, 0.0], [0.035, 0.0], [0.035, 0.12], [0.012, 0.15], [0.0, 0.15]], 96), boxed([0.02, 0.04, 0.03], [0.035, 0.0, 0.04]), boxed([0.03, 0.014, 0.014], [-0.01, 0.035, 0.09])])),
+        bent(
+            "bracket",
+            joined(&[
+                cuboid([0.1, 0.03, 0.03]),
+                boxed([0.03, 0.07, 0.02], [0.035, 0.05, 0.002]),
+                boxed([0.02, 0.024, 0.09], [-0.036, 0.002, 0.06]),
+            ]),
+        ),
+        bent(
+            "box with knob",
+            joined(&[
+                cuboid([0.07, 0.1, 0.06]),
+                sphere(0.015, 3).transformed(&Isometry3::translation(0.02, 0.03, 0.032)),
+            ]),
+        ),
+        bent(
+            "bottle with label",
+            joined(&[
+                revolve(
+                    &[[0.0, 0.0], [0.035, 0.0], [0.035, 0.12], [0.012, 0.15], [0.0, 0.15]],
+                    96,
+                ),
+                boxed([0.02, 0.04, 0.03], [0.035, 0.0, 0.04]),
+                boxed([0.03, 0.014, 0.014], [-0.01, 0.035, 0.09]),
+            ]),
+        ),
         bent("bean", skewed(stone(77, [0.06, 0.03, 0.03]), 0.2)),
     ]);
     all
@@ -317,7 +460,9 @@ pub fn scans() -> Vec<(String, Mesh)> {
         return Vec::new();
     };
     let folder = std::path::Path::new(&root).join("ycb/obj");
-    let Ok(entries) = std::fs::read_dir(&folder) else { return Vec::new() };
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        return Vec::new();
+    };
     let mut files: Vec<_> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
     files.sort();
     let mesh = |p: &std::path::PathBuf| parse_mesh(p, &std::fs::read(p).ok()?).ok();
@@ -327,4 +472,3 @@ pub fn scans() -> Vec<(String, Mesh)> {
         .filter_map(|p| Some((p.file_stem()?.to_string_lossy().into_owned(), mesh(p)?)))
         .collect()
 }
-

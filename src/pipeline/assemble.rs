@@ -9,7 +9,7 @@ use crate::stages::articulation::Articulation;
 use crate::stages::shape::{Shapes, Silhouette};
 use crate::twin::{
     Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
-    SupportPlane, Symmetry, Twin,
+    SupportPlane, Twin,
 };
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
@@ -124,21 +124,6 @@ fn first_pose(track: &PoseStream) -> Pose {
             position.map_or(0.0, |p| p.z),
         ))
     })
-}
-
-/// The meshes of all links that have one.
-pub fn link_meshes(model: &Model) -> Vec<(String, crate::stages::shape::Mesh)> {
-    let of = |l: &Link| Some((l.name.clone(), model.meshes.get(l.mesh.as_ref()?)?.clone()));
-    model.twin.links().filter_map(|(_, l)| of(l)).collect()
-}
-
-/// Writes what leaves the shape of a link as it is.
-pub fn set_symmetry(model: &mut Model, link: &str, found: Symmetry) {
-    if let Some(link) = model.twin.link_mut(link) {
-        link.symmetry = found.planes;
-        link.axes = found.axes;
-        link.symmetry_center = found.center;
-    }
 }
 
 /// Makes one body of the links that joints hold together; it carries the name of its root.

@@ -143,8 +143,14 @@ impl Link {
         for plane in &self.symmetry {
             unit(&format!("{name}.symmetry"), &plane.normal)?;
             probability(&format!("{name}.symmetry.score"), plane.score)?;
-            finite(&format!("{name}.symmetry.normal_sd"), &plane.normal_sd.unwrap_or_default())?;
-            finite(&format!("{name}.symmetry.offset_sd"), &[plane.offset_sd.unwrap_or_default()])?;
+            finite(
+                &format!("{name}.symmetry.normal_sd"),
+                &plane.normal_sd.unwrap_or_default(),
+            )?;
+            finite(
+                &format!("{name}.symmetry.offset_sd"),
+                &[plane.offset_sd.unwrap_or_default()],
+            )?;
         }
         for axis in &self.axes {
             unit(&format!("{name}.axes"), &axis.direction)?;

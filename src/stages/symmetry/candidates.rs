@@ -149,14 +149,19 @@ fn directions(surface: &Surface, config: &Config) -> Vec<Vector3<f64>> {
 /// The best by a quick look, no two alike.
 fn distinct(surface: &Surface, candidates: impl Iterator<Item = Motion>, most: usize) -> Vec<Motion> {
     let width = WIDTH * surface.diagonal;
-    let mut rated: Vec<(f64, Motion)> = candidates.map(|m| (surface.rough_score(&m, RATED_ON, width), m)).collect();
+    let mut rated: Vec<(f64, Motion)> = candidates
+        .map(|m| (surface.rough_score(&m, RATED_ON, width), m))
+        .collect();
     rated.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut kept: Vec<Motion> = Vec::new();
     for (_, motion) in rated {
         if kept.len() == most {
             break;
         }
-        if !kept.iter().any(|k| k.is_near(&motion, ALIKE.0, ALIKE.1 * surface.diagonal)) {
+        if !kept
+            .iter()
+            .any(|k| k.is_near(&motion, ALIKE.0, ALIKE.1 * surface.diagonal))
+        {
             kept.push(motion);
         }
     }

@@ -26,7 +26,7 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            min_score: 0.9,
+            min_score: 0.97,
             min_support: 0.3,
             max_flaw: 0.02,
             tolerance: 0.0005,

@@ -14,6 +14,8 @@ use crate::twin::Symmetry;
 const MOST_TRIANGLES: usize = 20_000;
 /// Two motions of one kind within this sine and this share of the diagonal are one.
 const SAME: (f64, f64) = (0.06, 0.05);
+/// A rough motion within these of one that was refined ends there too.
+const AGAIN: (f64, f64) = (0.035, 0.02);
 /// More planes and axes than a cube has are of no use to anyone.
 const MOST: usize = 13;
 
@@ -50,7 +52,11 @@ pub fn detect(
     };
     let lathes = lathes(&surface, config);
     if let Some(ball) = ball(&surface, &lathes, config) {
-        notices.note("symmetry", about, "it looks like a ball: three planes and axes stand for all through its centre");
+        notices.note(
+            "symmetry",
+            about,
+            "it looks like a ball: three planes and axes stand for all through its centre",
+        );
         return Ok(state::ball(&surface, &ball));
     }
     if let Some(axis) = lathes.into_iter().next() {
@@ -69,11 +75,15 @@ pub fn detect(
 
 impl Found {
     /// Refines in ever narrower widths; nothing where the votes are against it in the end.
-    fn from(surface: &Surface, rough: &Motion, config: &Config) -> Option<Self> {
+    /// Motions that come out near one of `known` are left, since it has been found.
+    fn from(surface: &Surface, rough: &Motion, known: &[Self], config: &Config) -> Option<Self> {
         let t = surface.tolerance;
         let wide = 0.05 * surface.diagonal;
         let motion = surface.roughly_refined(rough, 350, &[2.0 * wide, 1.5 * wide, wide, wide, 0.7 * wide]);
-        if surface.rough_score(&motion, 250, 0.6 * wide) < 0.45 {
+        let again = known
+            .iter()
+            .any(|k| k.motion.is_near(&motion, AGAIN.0, AGAIN.1 * surface.diagonal));
+        if again || surface.rough_score(&motion, 250, 0.6 * wide) < 0.45 {
             return None;
         }
         let motion = surface.refined(&motion, 350, &[wide.max(4.0 * t), wide.max(4.0 * t), 4.0 * t, 3.0 * t]);
@@ -100,7 +110,7 @@ impl Found {
 fn lathes(surface: &Surface, config: &Config) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     for rough in candidates::lathe_axes(surface) {
-        let Some(new) = Found::from(surface, &rough, config) else {
+        let Some(new) = Found::from(surface, &rough, &found, config) else {
             continue;
         };
         if !found.iter().any(|f| f.is_near(&new.motion, surface)) {
@@ -121,7 +131,7 @@ fn ball(surface: &Surface, lathes: &[Found], config: &Config) -> Option<Found> {
     let [a, b] = lathes else { return None };
     let center = family::nearest_point(&a.motion, &b.motion);
     let rough = Motion::new(Kind::Ball, Vector3::z(), center);
-    Found::from(surface, &rough, config).map(|f| f.measured(surface))
+    Found::from(surface, &rough, &[], config).map(|f| f.measured(surface))
 }
 
 /// The plane square to an axis, where there is one.
@@ -129,9 +139,11 @@ fn across(surface: &Surface, axis: &Found, config: &Config) -> Option<Found> {
     let direction = axis.motion.direction.into_inner();
     let mut tried = family::heights(surface, &direction);
     tried.insert(0, 0.0);
-    let planes = tried.into_iter().map(|h| Motion::new(Kind::Mirror, direction, direction * h));
+    let planes = tried
+        .into_iter()
+        .map(|h| Motion::new(Kind::Mirror, direction, direction * h));
     planes
-        .filter_map(|rough| Found::from(surface, &rough, config))
+        .filter_map(|rough| Found::from(surface, &rough, &[], config))
         .find(|f| f.motion.direction.cross(&direction).norm() < SAME.0)
         .map(|f| f.measured(surface))
 }
@@ -139,20 +151,19 @@ fn across(surface: &Surface, axis: &Found, config: &Config) -> Option<Found> {
 fn planes(surface: &Surface, config: &Config) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     for rough in candidates::planes(surface, config) {
-        if let Some(new) = Found::from(surface, &rough, config)
-            && !found.iter().any(|f| f.is_near(&new.motion, surface))
-        {
-            found.push(new.measured(surface));
-        }
+        found.extend(Found::from(surface, &rough, &found, config));
     }
-    found
+    family::one_per_direction(found, SAME.0)
+        .into_iter()
+        .map(|f| f.measured(surface))
+        .collect()
 }
 
 fn axes(surface: &Surface, planes: &[Found], config: &Config) -> Vec<Found> {
     let mirrors: Vec<Motion> = planes.iter().map(|p| p.motion).collect();
     let mut found: Vec<Found> = Vec::new();
     for rough in candidates::fold_axes(surface, &mirrors, config) {
-        if let Some(new) = Found::from(surface, &rough, config) {
+        if let Some(new) = Found::from(surface, &rough, &found, config) {
             found.push(new);
         }
     }

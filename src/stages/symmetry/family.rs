@@ -21,6 +21,23 @@ pub(super) fn heights(surface: &Surface, direction: &Vector3<f64>) -> Vec<f64> {
     vec![0.5 * (low + high)]
 }
 
+/// Of planes that are all but parallel the one with the most votes: a thing that ends somewhere has no two.
+pub(super) fn one_per_direction(found: Vec<Found>, sine: f64) -> Vec<Found> {
+    let mut sorted = found;
+    let votes = |f: &Found| f.verdict.score * f.verdict.support;
+    sorted.sort_by(|a, b| votes(b).total_cmp(&votes(a)));
+    let mut kept: Vec<Found> = Vec::new();
+    for new in sorted {
+        if kept
+            .iter()
+            .all(|k| k.motion.direction.cross(&new.motion.direction).norm() > sine)
+        {
+            kept.push(new);
+        }
+    }
+    kept
+}
+
 /// Of the turns about one line the one of the most positions.
 pub(super) fn highest_folds(found: Vec<Found>, surface: &Surface, (sine, share): (f64, f64)) -> Vec<Found> {
     let mut sorted = found;

@@ -14,7 +14,9 @@ const KNOWN_DEPTH: f64 = 0.008;
 /// Samples without an image this many spacings apart belong to one patch.
 const TOGETHER: f64 = 1.8;
 /// How far the mean of a patch may be off the surface on the average (root mean square), tolerances.
-const MOST_BIAS: f64 = 0.5;
+const MOST_BIAS: f64 = 0.125;
+/// Share of the patches, the worst, that is left out of it.
+const TRIMMED: f64 = 0.15;
 
 /// What became of one moved point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,12 +114,11 @@ impl Surface<'_> {
             }
         }
         let total = self.samples.len() as f64;
-        let squares: f64 = sums.iter().filter(|s| s.1 > 0.0).map(|s| s.0 * s.0 / s.1).sum();
         Verdict {
             score: matched / f64::max(matched + contradicted, 1.0),
             support: matched / total,
             flaw: largest_patch(&against, TOGETHER * self.spacing) as f64 / total,
-            bias: (squares / f64::max(matched, 1.0)).sqrt(),
+            bias: trimmed_rms(&sums),
         }
     }
 
@@ -158,6 +159,23 @@ impl Surface<'_> {
             (true, false) => Fate::Unknown,
         }
     }
+}
+
+/// Root mean square of the means of (sum, count) pairs, weighted by count, without the worst that hold `TRIMMED` of
+/// the whole: at the rim of what was seen a fused surface errs more than elsewhere.
+fn trimmed_rms(sums: &[(f64, f64)]) -> f64 {
+    let mut means: Vec<(f64, f64)> = sums.iter().filter(|s| s.1 > 0.0).map(|s| (s.0 / s.1, s.1)).collect();
+    means.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let kept = (1.0 - TRIMMED) * means.iter().map(|m| m.1).sum::<f64>();
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (mean, n) in means {
+        if count + 0.5 * n > kept {
+            break;
+        }
+        squares += n * mean * mean;
+        count += n;
+    }
+    (squares / f64::max(count, 1.0)).sqrt()
 }
 
 /// Size of the largest set of points that hang together within `reach`.

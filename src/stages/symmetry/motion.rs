@@ -61,7 +61,8 @@ impl Motion {
             Kind::Lathe => ANGLES.iter().map(|a| turn(a.to_radians())).collect(),
             Kind::Ball => (0..2 * ANGLES.len())
                 .map(|i| {
-                    let axis = Unit::new_normalize(Vector3::new(1.0, 0.7 * i as f64 - 4.0, 2.5 - (1.3 * i as f64) % 5.0));
+                    let axis =
+                        Unit::new_normalize(Vector3::new(1.0, 0.7 * i as f64 - 4.0, 2.5 - (1.3 * i as f64) % 5.0));
                     Rotation3::from_axis_angle(&axis, ANGLES[i % ANGLES.len()].to_radians()).into_inner()
                 })
                 .collect(),
@@ -94,7 +95,10 @@ impl Motion {
     pub fn row(&self, linear: &Matrix3<f64>, p: &Vector3<f64>, normal: &Vector3<f64>) -> DVector<f64> {
         let arm = p - self.point;
         let image = linear * arm;
-        let tilts = self.tilts().into_iter().map(|w| normal.dot(&(w.cross(&image) - linear * w.cross(&arm))));
+        let tilts = self
+            .tilts()
+            .into_iter()
+            .map(|w| normal.dot(&(w.cross(&image) - linear * w.cross(&arm))));
         let shifts = self.shifts().into_iter().map(|s| normal.dot(&(s - linear * s)));
         let values: Vec<f64> = tilts.chain(shifts).collect();
         DVector::from_vec(values)

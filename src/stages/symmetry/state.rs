@@ -90,7 +90,14 @@ fn plane(surface: &Surface, found: &Found) -> SymmetryPlane {
     // A tilt w turns n by w x n, a shift s moves the offset by s.
     let turns: Vec<Vector3<f64>> = found.motion.tilts().iter().map(|w| w.cross(&n)).collect();
     let slopes: Vec<f64> = turns.iter().map(|t| t.dot(&point)).chain([1.0]).collect();
-    told(n, point, found.verdict.score, found.covariance.as_ref(), &turns, &slopes)
+    told(
+        n,
+        point,
+        found.verdict.score,
+        found.covariance.as_ref(),
+        &turns,
+        &slopes,
+    )
 }
 
 /// A plane of the family through an axis: it tilts about `normal x direction` and shifts along its normal only.
@@ -108,7 +115,14 @@ fn through_axis(surface: &Surface, found: &Found, normal: &Vector3<f64>) -> Symm
         .map(|t| t.dot(&point))
         .chain(shifts.iter().map(|s| s.dot(normal)))
         .collect();
-    told(*normal, point, found.verdict.score, found.covariance.as_ref(), &turns, &slopes)
+    told(
+        *normal,
+        point,
+        found.verdict.score,
+        found.covariance.as_ref(),
+        &turns,
+        &slopes,
+    )
 }
 
 /// A plane with its deviations, from how the unknowns change its normal and its offset.
@@ -145,6 +159,9 @@ fn axis(surface: &Surface, found: &Found) -> SymmetryAxis {
         fold: if let Kind::Fold(n) = kind { n } else { 0 },
         score: found.verdict.score,
         direction_sd: found.covariance.as_ref().map(|c| spread_of(&part(c, 0, size), &turns)),
-        point_sd: found.covariance.as_ref().map(|c| spread_of(&part(c, size, shifts.len()), &shifts)),
+        point_sd: found
+            .covariance
+            .as_ref()
+            .map(|c| spread_of(&part(c, size, shifts.len()), &shifts)),
     }
 }

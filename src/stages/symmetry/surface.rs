@@ -13,6 +13,8 @@ const TABLE: usize = 6000;
 /// Weight of a foot closed at the support, and of other surface that nobody saw, while a motion is fitted.
 const FOOT_WEIGHT: f64 = 0.5;
 const UNSEEN_WEIGHT: f64 = 0.05;
+/// A foot is this near to the plane that it stands on, m.
+const FOOT_HEIGHT: f64 = 5e-4;
 /// Patches of which the errors are taken to be independent of each other.
 const PATCHES: usize = 48;
 
@@ -55,6 +57,8 @@ pub(super) struct Surface<'a> {
     pub spacing: f64,
     /// Whether (nearly) all of it was seen.
     pub whole: bool,
+    /// Share of the area that is neither seen nor a closed foot.
+    pub hidden: f64,
 }
 
 impl<'a> Surface<'a> {
@@ -76,10 +80,11 @@ impl<'a> Surface<'a> {
         let diagonal = (high - low).norm();
         all.iter_mut().chain(&mut samples).for_each(|s| s.point -= middle);
         let area = mesh.area();
-        let seen: f64 = (0..trust.len())
-            .filter(|t| trust[*t] == Trust::Seen)
-            .map(|t| 0.5 * mesh.scaled_normal(t).norm())
-            .sum();
+        let of = |kind: Trust| {
+            let own = (0..trust.len()).filter(|t| trust[*t] == kind);
+            own.map(|t| 0.5 * mesh.scaled_normal(t).norm()).sum::<f64>()
+        };
+        let (seen, hidden) = (of(Trust::Seen), of(Trust::Unseen) / area);
         shuffle(&mut samples);
         let weighted = all.into_iter().map(|s| (s, trust[s.triangle].weight())).collect();
         Some(Self {
@@ -87,6 +92,7 @@ impl<'a> Surface<'a> {
             table: Lookup::new(weighted, diagonal, area),
             spacing: (seen / samples.len() as f64).sqrt(),
             whole: seen > 0.999 * area,
+            hidden,
             tolerance: config.tolerance + config.relative_tolerance * diagonal + 2.0 * evidence.noise,
             middle: middle.into(),
             exact,
@@ -118,7 +124,9 @@ impl<'a> Surface<'a> {
     /// The patch that a place belongs to.
     pub fn patch(&self, p: &Vector3<f64>) -> usize {
         let far = |i: &usize| (self.patches[*i] - p).norm_squared();
-        (0..self.patches.len()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0)
+        (0..self.patches.len())
+            .min_by(|a, b| far(a).total_cmp(&far(b)))
+            .unwrap_or(0)
     }
 
     pub fn patches(&self) -> usize {
@@ -139,12 +147,15 @@ impl<'a> Surface<'a> {
 }
 
 fn trusts(mesh: &Mesh, evidence: &Evidence) -> Vec<Trust> {
-    let seen = |v: &u32| mesh.seen.get(*v as usize).copied().unwrap_or(true);
-    let near = 5e-4;
-    let foot = |v: &u32| {
-        let height = evidence.floor.map(|f| f.height(&mesh.vertices[*v as usize]));
-        height.is_some_and(|h| h.abs() < near)
+    let height = |v: &u32| {
+        let floor = evidence.floor?;
+        Some(floor.height(&mesh.vertices[*v as usize]))
     };
+    let seen = |v: &u32| {
+        let clear = height(v).is_none_or(|h| h > evidence.blur);
+        clear && mesh.seen.get(*v as usize).copied().unwrap_or(true)
+    };
+    let foot = |v: &u32| height(v).is_some_and(|h| h.abs() < FOOT_HEIGHT);
     let of = |t: &[u32; 3]| match () {
         () if t.iter().all(seen) => Trust::Seen,
         () if t.iter().all(foot) => Trust::Foot,
@@ -164,7 +175,11 @@ fn spread_seeds(samples: &[SurfaceSample]) -> Vec<Vector3<f64>> {
         for (d, s) in far.iter_mut().zip(samples) {
             *d = d.min((s.point.coords - seed).norm_squared());
         }
-        next = far.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(i, _)| i);
+        next = far
+            .iter()
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or(0, |(i, _)| i);
     }
     seeds
 }

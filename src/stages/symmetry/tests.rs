@@ -14,7 +14,14 @@ fn planes_of(mesh: &Mesh) -> Vec<SymmetryPlane> {
 }
 
 fn found(mesh: &Mesh) -> Symmetry {
-    detect("it", mesh, &Evidence::default(), &Config::default(), &mut Notices::default()).unwrap()
+    detect(
+        "it",
+        mesh,
+        &Evidence::default(),
+        &Config::default(),
+        &mut Notices::default(),
+    )
+    .unwrap()
 }
 
 /// Angle, degrees, and distance, m, between a found plane and a true one through `point`.

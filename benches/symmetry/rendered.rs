@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use palpate::base::{Notices, Progress, Seed};
+use palpate::base::{Notices, Pose, Progress, Seed};
 use palpate::capture::Capture;
 use palpate::geometry::{Mesh, Plane, SurfaceDistance, sample_surface};
 use palpate::lab::{parse_scene, synthesise};
-use palpate::stages::shape::{self, FreeSpace, ShapedObject, reconstruct};
+use palpate::stages::shape::{self, FreeSpace, ShapedObject, reconstruct, reconstruct_with};
 use palpate::stages::symmetry::Evidence;
-use palpate::twin::Symmetry;
+use palpate::twin::{SupportPlane, Symmetry};
 
 use super::judge::{Tally, judge};
 use super::shapes::{Thing, asymmetric, symmetric};
@@ -57,19 +57,32 @@ pub fn shaped(capture: &Capture) -> Option<ShapedObject> {
         .max_by(|a, b| a.mesh.area().total_cmp(&b.mesh.area()))
 }
 
+/// As `shaped`, completed by its symmetry.
+fn completed(capture: &Capture) -> Option<ShapedObject> {
+    let free = FreeSpace::new(capture, &shape::Config::default());
+    let find =
+        |mesh: &Mesh, world_from_mesh: &Pose, _: Option<&SupportPlane>| Ok(found_in(&free, mesh, world_from_mesh));
+    let shapes = reconstruct_with(capture, &shape::Config::default(), &find, &mut Notices::default());
+    let objects = shapes.expect("settings that work").objects.into_iter();
+    objects.max_by(|a, b| a.mesh.area().total_cmp(&b.mesh.area()))
+}
+
 pub fn found(capture: &Capture, object: &ShapedObject) -> Symmetry {
-    let config = shape::Config::default();
-    let free = FreeSpace::new(capture, &config);
-    let world_from_link = object.world_from_link.0;
-    let is_free = |p: &Point3<f64>| free.is_free(&(world_from_link * p));
-    let up = world_from_link.rotation.inverse() * Vector3::z_axis();
+    let free = FreeSpace::new(capture, &shape::Config::default());
+    found_in(&free, &object.mesh, &object.world_from_link)
+}
+
+fn found_in(free: &FreeSpace, mesh: &Mesh, world_from_mesh: &Pose) -> Symmetry {
+    let voxel = shape::Config::default().voxel;
+    let is_free = |p: &Point3<f64>| free.is_free(&(world_from_mesh.0 * p));
+    let up = world_from_mesh.rotation.inverse() * Vector3::z_axis();
     let evidence = Evidence {
         free: Some(&is_free),
-        floor: Some(Plane::through(&(world_from_link.inverse() * Point3::origin()), up)),
-        blur: 1.5 * config.voxel,
-        noise: NOISE * config.voxel,
+        floor: Some(Plane::through(&(world_from_mesh.0.inverse() * Point3::origin()), up)),
+        blur: 1.5 * voxel,
+        noise: NOISE * voxel,
     };
-    super::found(&object.mesh, &evidence)
+    super::found(mesh, &evidence)
 }
 
 pub fn fused() {
@@ -103,6 +116,7 @@ pub fn one_sided(mut capture: Capture, half_angle: f64) -> Capture {
 
 pub fn partial() {
     println!("\nseen from a third of the circle only");
+    let mut sums = (0.0, 0.0);
     let mut tally = Tally::default();
     for (i, thing) in symmetric().iter().chain(&asymmetric()).enumerate() {
         let yaw = (0.37 * i as f64) % 6.0;
@@ -112,13 +126,23 @@ pub fn partial() {
         let judged = judge(thing, &symmetry, &(object.world_from_link.0.inverse() * place(yaw)));
         let truth = thing.mesh.transformed(&place(yaw));
         let whole = two_way(&object.mesh.transformed(&object.world_from_link.0), &truth);
+        let after = completed(&capture).map_or(f64::NAN, |o| {
+            two_way(&o.mesh.transformed(&o.world_from_link.0), &truth)
+        });
         println!(
-            "{:20} seen {:.2} {judged}  two-way {whole:.2} mm",
+            "{:20} seen {:.2} {judged}  two-way {whole:.2}, completed {after:.2} mm",
             thing.name, object.seen
         );
+        sums = (sums.0 + whole, sums.1 + after);
         tally.add(&thing.name, judged);
     }
     println!("{tally}");
+    let count = (symmetric().len() + asymmetric().len()) as f64;
+    println!(
+        "mean distance both ways: {:.2} mm, completed {:.2} mm",
+        sums.0 / count,
+        sums.1 / count
+    );
 }
 
 /// Mean distance both ways, mm.

@@ -33,7 +33,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     let symmetries = Symmetries::new(capture, options);
     let mut shapes = shape::Shapes::default();
     if options.runs(Pass::Shape) {
-        shapes = shape::reconstruct(capture, &options.shape, &mut notices)?;
+        shapes = shape::reconstruct_with(capture, &options.shape, &symmetries.finder(), &mut notices)?;
         shape::furnish(&mut shapes, &options.shape, &mut notices);
     }
     let (mut model, pictures) = assemble::model(capture, shapes, options);

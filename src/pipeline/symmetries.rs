@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::Options;
+use super::{Options, Pass};
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
 use crate::stages::shape::{FreeSpace, Mesh};
@@ -46,6 +46,14 @@ impl<'a> Symmetries<'a> {
         };
         let known = known.standing_on(support, world_from_mesh);
         detect(about, mesh, &known, &self.options.symmetry, notices)
+    }
+
+    /// What completes shapes: the sure symmetry of a mesh, none where the pass does not run.
+    pub fn finder(&self) -> impl Fn(&Mesh, &Pose, Option<&SupportPlane>) -> Result<Symmetry> {
+        |mesh, world_from_mesh, support| match self.options.runs(Pass::Symmetry) {
+            true => self.of("views", mesh, world_from_mesh, support, &mut Notices::default()),
+            false => Ok(Symmetry::default()),
+        }
     }
 
     /// Writes what leaves the shape of every link as it is.

@@ -1,6 +1,7 @@
 //! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
 
 mod anchor;
+mod complete;
 mod config;
 mod discover;
 mod free;
@@ -25,7 +26,8 @@ mod walls;
 mod tests;
 
 pub use crate::geometry::{Mesh, Silhouette};
+pub use complete::FindSymmetry;
 pub use config::Config;
 pub use free::FreeSpace;
 pub use furnish::furnish;
-pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};
+pub use reconstruct::{ShapedObject, Shapes, reconstruct, reconstruct_with, seen_surface};

@@ -32,6 +32,7 @@ fn tetrahedron() -> Mesh {
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         colors: vec![[200, 40, 30]; 4],
         seen: vec![true, true, false, true],
+        mirrored: Vec::new(),
     }
 }
 

@@ -126,9 +126,8 @@ pub fn partial() {
         let judged = judge(thing, &symmetry, &(object.world_from_link.0.inverse() * place(yaw)));
         let truth = thing.mesh.transformed(&place(yaw));
         let whole = two_way(&object.mesh.transformed(&object.world_from_link.0), &truth);
-        let after = completed(&capture).map_or(f64::NAN, |o| {
-            two_way(&o.mesh.transformed(&o.world_from_link.0), &truth)
-        });
+        let after =
+            completed(&capture).map_or(f64::NAN, |o| two_way(&o.mesh.transformed(&o.world_from_link.0), &truth));
         println!(
             "{:20} seen {:.2} {judged}  two-way {whole:.2}, completed {after:.2} mm",
             thing.name, object.seen
@@ -199,30 +198,44 @@ pub fn coverage() {
     println!("all:\n{all}");
 }
 
-/// Where a fused ball is off, by height.
+/// Where fused vessels are off, by height and side: mean, mm, and number of vertices, seen and not.
 pub fn look() {
-    for thing in symmetric().iter().filter(|t| t.name == "ball") {
+    for thing in symmetric()
+        .iter()
+        .filter(|t| ["cup", "bowl"].contains(&t.name.as_str()))
+    {
         let capture = seen(thing, 16, 0.0, 1);
-        let object = shaped(&capture).expect("seen");
+        let object = completed(&capture).expect("seen");
+        println!(
+            "{} {:.1} of {:.1}",
+            thing.name,
+            1e6 * object.mesh.volume(),
+            1e6 * thing.mesh.volume()
+        );
         let mesh = object.mesh.transformed(&object.world_from_link.0);
-        let center = place(0.0) * thing.center;
-        let mut bins = vec![(0.0, 0, 0); 17];
+        let truth = SurfaceDistance::new(&thing.mesh.transformed(&place(0.0))).expect("triangles");
+        let axis = place(0.0) * thing.center;
+        let normals = palpate::geometry::vertex_normals(&mesh);
+        let mut bins = vec![[(0.0, 0); 4]; 20];
         for (i, v) in mesh.vertices.iter().enumerate() {
-            let b = &mut bins[(v.z / 0.005) as usize];
-            if mesh.seen[i] {
-                b.0 += (v - center).norm() - 0.04;
-                b.1 += 1;
-            } else {
-                b.2 += 1;
-            }
+            let outward = normals[i].x * (v.x - axis.x) + normals[i].y * (v.y - axis.y) > 0.0;
+            let kind = usize::from(!outward) + 2 * usize::from(!mesh.seen[i]);
+            let b = &mut bins[(v.z / 0.005) as usize][kind];
+            b.0 += truth.signed(v).unwrap_or(0.0);
+            b.1 += 1;
         }
         for (k, b) in bins.iter().enumerate() {
+            let said: Vec<String> = b
+                .iter()
+                .map(|b| format!("{:+.2} ({})", 1e3 * b.0 / f64::from(b.1.max(1)), b.1))
+                .collect();
             println!(
-                "z {:2} mm: off {:+.3} mm seen {} unseen {}",
+                "z {:2} mm: outside, inside seen {} {}  unseen {} {}",
                 5 * k,
-                1e3 * b.0 / f64::from(b.1.max(1)),
-                b.1,
-                b.2
+                said[0],
+                said[1],
+                said[2],
+                said[3]
             );
         }
     }

@@ -9,7 +9,7 @@ use crate::stages::articulation::Articulation;
 use crate::stages::shape::{Shapes, Silhouette};
 use crate::twin::{
     Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
-    SupportPlane, Twin,
+    SupportPlane, SurfaceShares, Twin,
 };
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
@@ -124,6 +124,19 @@ fn first_pose(track: &PoseStream) -> Pose {
             position.map_or(0.0, |p| p.z),
         ))
     })
+}
+
+/// Writes how much of each mesh was seen, mirrored and closed; to be called once the meshes are final.
+pub fn share_surfaces(model: &mut Model) {
+    let meshes = &model.meshes;
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let Some(mesh) = link.mesh.as_ref().and_then(|path| meshes.get(path)) else {
+            continue;
+        };
+        let [seen, mirrored, closed] = mesh.origin_shares();
+        link.seen = Some(seen);
+        link.surface = Some(SurfaceShares { seen, mirrored, closed });
+    }
 }
 
 /// Makes one body of the links that joints hold together; it carries the name of its root.

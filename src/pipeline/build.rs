@@ -69,6 +69,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     };
     clock.lap("diagnosis");
 
+    assemble::share_surfaces(&mut model);
     assemble::record(&mut model, capture, options, &clock.laps, notices);
     let diagnosis::Diagnosed { diagnosis, traces } = diagnosed;
     Ok(Run {

@@ -35,6 +35,9 @@ pub struct Link {
     /// Fraction of the mesh's area that was seen, 0 to 1; the rest was closed or mirrored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen: Option<f64>,
+    /// The same in full: what shares of the mesh's area were seen, mirrored and closed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceShares>,
     /// A superquadric that stands for the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub superquadric: Option<Superquadric>,
@@ -74,6 +77,17 @@ pub struct Link {
     /// N·s/m at the spot that was pressed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Estimate>,
+}
+
+/// Shares of a mesh's area by where they come from; they sum to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SurfaceShares {
+    /// A view showed it.
+    pub seen: f64,
+    /// Image of a seen surface by the thing's symmetry.
+    pub mirrored: f64,
+    /// Concluded: closed against the support, or filled in.
+    pub closed: f64,
 }
 
 /// The force of friction on the support, N.
@@ -150,6 +164,7 @@ impl Link {
             mesh: None,
             collision: Vec::new(),
             seen: None,
+            surface: None,
             superquadric: None,
             symmetry: Vec::new(),
             axes: Vec::new(),

@@ -69,6 +69,13 @@ impl Twin {
     }
 }
 
+/// Shares of a surface lie between 0 and 1 and sum to 1.
+fn shares(place: &str, shares: &super::SurfaceShares) -> Result<()> {
+    let all = [shares.seen, shares.mirrored, shares.closed];
+    let sound = all.iter().all(|s| (0.0..=1.0).contains(s)) && (all.iter().sum::<f64>() - 1.0).abs() < 1e-6;
+    require(sound, place, || format!("shares {all:?} of a surface"))
+}
+
 impl Model {
     /// Checks that every mesh that a link names is there and holds triangles over vertices that exist.
     ///
@@ -135,6 +142,9 @@ impl Link {
         require(mass > 0.0, &format!("{name}.mass"), || {
             format!("{mass} is not positive")
         })?;
+        if let Some(surface) = &self.surface {
+            shares(&format!("{name}.surface"), surface)?;
+        }
         optional(&format!("{name}.com"), &self.com)?;
         optional(&format!("{name}.inertia"), &self.inertia)?;
         if let Some(inertia) = &self.inertia {

@@ -179,8 +179,11 @@ impl Volume {
         let filled: Vec<Option<f32>> = (0..known.len())
             .map(|at| self.from_images(&known, at, &images, truncation as f32))
             .collect();
-        self.decide_with(&filled, truncation as f32);
-        filled.iter().flatten().count()
+        let count = filled.iter().flatten().count();
+        if count > 0 {
+            self.decide_with(&filled, truncation as f32);
+        }
+        count
     }
 
     /// Every sample as it was observed, none that is another thing's.

@@ -119,6 +119,14 @@ fn shape(link: &Link) -> String {
         let planes = count(link.symmetry.len(), "plane of symmetry", "planes of symmetry");
         said.push(format!("{planes} (best {} %)", fixed(100.0 * best.score, 1)));
     }
+    if link.symmetry_center.is_some() {
+        said.push("a ball".into());
+    } else if let Some(axis) = link.axes.first() {
+        said.push(match axis.fold {
+            0 => "turned about an axis".into(),
+            n => format!("{n}-fold axis"),
+        });
+    }
     if !link.collision.is_empty() {
         said.push(count(link.collision.len(), "convex part", "convex parts"));
     }

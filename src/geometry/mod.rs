@@ -37,7 +37,7 @@ pub use formats::{parse_mesh, write_obj};
 pub use gap::gap;
 pub use hull::{convex_hull, slim_hull};
 pub use marching::{GridEdge, march_cell, weld};
-pub use mesh::Mesh;
+pub use mesh::{Mesh, Origin};
 pub use plane::Plane;
 pub use properties::{SolidProperties, mass_properties};
 pub use sampling::{SurfaceSample, sample_surface, sample_triangles};

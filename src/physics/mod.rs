@@ -8,6 +8,7 @@ mod linkage;
 mod press;
 mod push;
 mod quasistatic;
+mod slide;
 mod tilt;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
@@ -17,4 +18,5 @@ pub use linkage::{Foot, Linkage, uniform_torsional_radius};
 pub use press::{Press, predict_press};
 pub use push::{PushPrediction, predict_push};
 pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};
+pub use slide::{PlaneMotion, Slider, predict_slide, predict_slide_with_step};
 pub use tilt::{TiltOutcome, predict_tilt};

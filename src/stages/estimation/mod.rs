@@ -3,6 +3,7 @@
 mod action;
 mod body;
 mod calibrate;
+mod coast;
 mod config;
 mod drag;
 mod evidence;

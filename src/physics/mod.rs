@@ -2,6 +2,7 @@
 //! cannot peek at what it must predict.
 
 mod action;
+mod elastic;
 mod footprint;
 mod lift;
 mod linkage;
@@ -12,6 +13,7 @@ mod slide;
 mod tilt;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
+pub use elastic::ElasticLaw;
 pub use footprint::Footprint;
 pub use lift::predict_lift;
 pub use linkage::{Foot, Linkage, uniform_torsional_radius};

@@ -98,7 +98,7 @@ pub(super) fn gather(
         };
         let entry = facts.entry(link.to_string()).or_default();
         let shape = shapes.get(link);
-        let read = read_one(interaction, cut, link, ground, twin, shape, config, entry);
+        let read = read_one(interaction, cut, link, ground, twin, shape, config, notices, entry);
         // A motion without a force was never meant to tell of matter.
         if !read && (interaction.force.is_some() || interaction.support_path.is_some()) {
             notices.note(
@@ -125,6 +125,7 @@ fn read_one(
     twin: &Twin,
     shape: Option<&Shape>,
     config: &Config,
+    notices: &mut Notices,
     facts: &mut Facts,
 ) -> bool {
     match interaction.kind {
@@ -140,20 +141,28 @@ fn read_one(
         }
         Kind::Press => {
             let found = press_of(interaction, cut, link, &-ground.plane.normal);
+            if let Some(words) = found.as_ref().and_then(|f| f.beyond.clone()) {
+                notices.note(
+                    "estimation",
+                    &interaction.name,
+                    format!("`{link}` where it was pressed: {words}"),
+                );
+            }
             facts.presses.extend(found.clone());
             found.is_some()
         }
         Kind::Push | Kind::Pull => {
+            let company = company(interaction, cut, link, twin);
+            let alone = matches!(company, Company::Alone) && interaction.kind == Kind::Push;
+            let coast = shape.filter(|_| alone);
+            let coast = coast.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
+            let coasted = coast.is_some();
+            facts.coasts.extend(coast);
             let Some(push) = read_push(interaction, cut, link, &ground.plane, config) else {
-                return false;
+                return coasted;
             };
-            match company(interaction, cut, link, twin) {
-                Company::Alone => {
-                    let coast = shape.filter(|_| interaction.kind == Kind::Push);
-                    let coast = coast.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
-                    facts.coasts.extend(coast);
-                    facts.pushes.push(push);
-                }
+            match company {
+                Company::Alone => facts.pushes.push(push),
                 Company::Rigid(others) => facts.shared.push((others, push)),
                 Company::Jointed => {}
             }

@@ -6,6 +6,7 @@ mod calibrate;
 mod coast;
 mod config;
 mod drag;
+mod drive;
 mod evidence;
 mod facts;
 mod finger;
@@ -22,6 +23,7 @@ mod replay;
 mod resolve;
 mod share;
 mod solid;
+mod squeeze;
 mod surface;
 mod tilt;
 

@@ -4,6 +4,7 @@
     missing_docs,
     clippy::expect_used,
     clippy::print_stdout,
+    clippy::disallowed_macros,
     reason = "a program that prints its figures"
 )]
 

@@ -187,3 +187,120 @@ fn captures_without_views_or_without_touches_are_reconstructed() {
         );
     }
 }
+
+/// A copy of the golden capture whose interactions all name a body that no view shows and no frame sees.
+fn of_unseen_bodies(to: &Path) {
+    without("support", to);
+    let document = to.join("capture.json");
+    let mut json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&document).expect("read")).expect("JSON");
+    for interaction in json["interactions"].as_array_mut().expect("interactions") {
+        let track = interaction["tracks"]["box"].clone();
+        interaction["tracks"] = serde_json::json!({ "ghost": track });
+        interaction["target"] = "ghost".into();
+        let file = to.join(track.as_str().expect("a path"));
+        let text = fs::read_to_string(&file).expect("read");
+        fs::write(&file, far_away(&text)).expect("written");
+    }
+    fs::write(document, json.to_string()).expect("written");
+}
+
+/// The track moved by three metres along x, out of every view.
+fn far_away(track: &str) -> String {
+    let mut lines = track.lines();
+    let head = lines.next().expect("a head");
+    let x = head.split(',').position(|c| c.trim() == "x").expect("a column x");
+    let moved = lines.map(|line| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(value) = cells[x].parse::<f64>() {
+            cells[x] = (value + 3.0).to_string();
+        }
+        cells.join(",")
+    });
+    std::iter::once(head.to_owned())
+        .chain(moved)
+        .collect::<Vec<_>>()
+        .join("\n")
+        + "\n"
+}
+
+#[test]
+fn touches_of_bodies_that_no_view_shows_are_reconstructed() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (capture, twin) = (dir.path().join("capture"), dir.path().join("twin"));
+    of_unseen_bodies(&capture);
+    let out = palpate(&["reconstruct", &text(&capture), "--out", &text(&twin), "-q"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    assert!(palpate(&["check", &text(&twin)]).status.success());
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(twin.join("twin.json")).expect("read")).expect("JSON");
+    let bodies = json["bodies"].as_array().expect("bodies");
+    let mut links = bodies.iter().flat_map(|b| b["links"].as_array().expect("links"));
+    let ghost = links
+        .find(|l| l["name"] == "ghost")
+        .expect("what was touched is in the twin");
+    assert!(
+        ghost.get("mesh").is_none_or(serde_json::Value::is_null),
+        "nobody saw it"
+    );
+    assert_eq!(ghost["mass"]["status"], "measured", "it was lifted: {}", ghost["mass"]);
+}
+
+#[test]
+fn the_built_in_scenes_are_listed() {
+    let out = palpate(&["synth", "--list"]);
+    let listed = String::from_utf8_lossy(&out.stdout).into_owned();
+    for name in ["demo", "tiny", "hinge", "drawer", "weighted-box"] {
+        assert!(listed.lines().any(|l| l.trim() == name), "{listed}");
+    }
+    let out = palpate(&["synth", "--list", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    assert_eq!(json["scenes"].as_array().expect("a list").len(), listed.lines().count());
+}
+
+#[test]
+fn a_score_is_one_json_object_and_finds_the_truth() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let twin = dir.path().join("twin");
+    let capture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/tiny/capture");
+    let made = palpate(&["reconstruct", &text(&capture), "--out", &text(&twin), "-q"]);
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let truth = text(&capture.join("truth.json"));
+    let out = palpate(&["score", &text(&twin), "--truth", &truth, "--json"]);
+    let score: serde_json::Value = serde_json::from_slice(&out.stdout).expect("one JSON object");
+    let rows = score["rows"].as_array().expect("rows");
+    let mass = rows
+        .iter()
+        .find(|r| r["quantity"] == "mass")
+        .expect("a row of the mass");
+    assert_eq!(mass["holds"], true, "{mass}");
+    assert!(mass["relative"].as_f64().expect("a share") < 0.02, "{mass}");
+}
+
+#[test]
+fn an_input_that_is_not_there_is_the_callers_mistake() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let nothing = text(&dir.path().join("nothing"));
+    let out = text(&dir.path().join("out"));
+    let folder = text(dir.path());
+    let calls: [&[&str]; 8] = [
+        &["score", &nothing, "--truth", &nothing],
+        &["check", &nothing],
+        &["synth", &nothing, "--out", &out],
+        &["synth", &folder, "--out", &out],
+        &["reconstruct", &nothing, "--out", &out],
+        &["inspect", &nothing],
+        &["view", &nothing, "--no-open"],
+        &["calibrate", "friction", &nothing],
+    ];
+    for call in calls {
+        let said = palpate(call);
+        let message = String::from_utf8_lossy(&said.stderr);
+        assert_eq!(said.status.code(), Some(2), "{call:?}: {message}");
+        assert!(
+            message.contains(dir.path().to_str().expect("a path")),
+            "{call:?}: {message}"
+        );
+        assert!(!Path::new(&out).exists(), "{call:?} wrote something");
+    }
+}

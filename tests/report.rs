@@ -1,5 +1,6 @@
 //! The report page of a small run made by hand: sound markup, nothing fetched, text escaped, same bytes each time.
-#![allow(clippy::expect_used, reason = "a test that cannot make its page must stop")]
+
+#![allow(clippy::expect_used, reason = "tests may stop")]
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -466,4 +467,13 @@ fn a_run_that_found_nothing_still_makes_a_page() {
     run.diagnosis.experiments.clear();
     let text = render(&capture(), &run).expect("a page");
     assert!(text.contains("Not judged"));
+}
+
+#[test]
+fn the_verdict_says_what_it_does_not_rest_on() {
+    assert!(!page().contains("could not be predicted"));
+    let mut run = run();
+    run.traces[1].held_out = true;
+    let text = render(&capture(), &run).expect("a page");
+    assert!(text.contains("1 of the 2 held-out touches could not be predicted and counts for nothing in this."));
 }

@@ -1,18 +1,30 @@
 //! Reading and writing whole files, and folders that appear whole or not at all.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::{Error, Result};
 
-/// The bytes of a file, or an error that names it.
+/// The bytes of an input file, or an error that names it.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    fs::read(path).map_err(|source| Error::io(path, source))
+    fs::read(path).map_err(|source| unreadable(path, "a file", source))
 }
 
-/// The text of a file, or an error that names it.
+/// The text of an input file, or an error that names it.
 pub fn read_text(path: &Path) -> Result<String> {
-    fs::read_to_string(path).map_err(|source| Error::io(path, source))
+    fs::read_to_string(path).map_err(|source| unreadable(path, "a file of UTF-8 text", source))
+}
+
+/// An input that is not there, or is no such file, is the caller's mistake; a disk that fails is not.
+fn unreadable(path: &Path, expected: &str, source: std::io::Error) -> Error {
+    let found = match source.kind() {
+        ErrorKind::NotFound | ErrorKind::NotADirectory => "nothing",
+        ErrorKind::IsADirectory => "a folder",
+        ErrorKind::InvalidData => "bytes that are no UTF-8",
+        _ => return Error::io(path, source),
+    };
+    Error::bad_input(path, "the file", found, expected)
 }
 
 /// Writes a file beside its place and renames it, so that no reader ever sees half of it.

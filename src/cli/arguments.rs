@@ -91,7 +91,7 @@ pub enum Command {
     /// Print the JSON Schema of a file format
     #[command(after_help = "Example:\n  palpate schema twin > twin.schema.json")]
     Schema {
-        /// capture, twin or diagnosis
+        /// capture, twin, diagnosis or truth
         format: String,
     },
     /// Compare a twin with the truth

@@ -3,6 +3,7 @@
 
 mod action;
 mod elastic;
+mod foot;
 mod footprint;
 mod lift;
 mod linkage;
@@ -14,9 +15,10 @@ mod tilt;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use elastic::ElasticLaw;
+pub use foot::{Foot, uniform_torsional_radius};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
-pub use linkage::{Foot, Linkage, uniform_torsional_radius};
+pub use linkage::Linkage;
 pub use press::{Press, predict_press};
 pub use push::{PushPrediction, predict_push};
 pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};

@@ -182,7 +182,16 @@ fn arc(twin: &Twin, plan: &Layout, r: &Relation, bar: f64) -> String {
     };
     let kind = kind_name(r.kind);
     let anchor = if centred { " mid" } else { "" };
-    let line = |i: usize, text: &str| format!("<tspan x=\"{x:.1}\" y=\"{:.1}\">{text}</tspan>", y + 13.0 * i as f64);
+    // Beside a level arc the kind stands above the line and the rest below it.
+    let below = if centred && b.is_some_and(|n| (n.x - first.x).abs() < 2.0 * BOX) {
+        8.0
+    } else {
+        0.0
+    };
+    let line = |i: usize, text: &str| {
+        let drop = 13.0 * i as f64 + if i > 0 { below } else { 0.0 };
+        format!("<tspan x=\"{x:.1}\" y=\"{:.1}\">{text}</tspan>", y + drop)
+    };
     format!(
         "<g><path class=\"arc {}\" d=\"{path}\"/><text class=\"tag{anchor}\"><title>{}</title>{}{}{}</text></g>\n",
         class(r.kind),

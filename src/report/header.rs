@@ -4,6 +4,7 @@ use super::markup::{count, escape};
 use super::numbers::quantity;
 use crate::capture::Capture;
 use crate::pipeline::Run;
+use crate::stages::diagnosis::Trace;
 use crate::twin::{JointKind, RelationKind, Verdict};
 
 /// The SI unit of a quantity that errors are gathered by.
@@ -81,10 +82,34 @@ fn errors(run: &Run) -> String {
         .collect()
 }
 
+/// How many held-out interactions there are, and on how many of them the twin predicts anything.
+pub fn held_out(run: &Run) -> (usize, usize) {
+    let predicts = |t: &&Trace| t.curves.iter().any(|c| c.predicted.iter().any(|p| p.is_finite()));
+    let held_out = || run.traces.iter().filter(|t| t.held_out);
+    (held_out().count(), held_out().filter(predicts).count())
+}
+
+/// A verdict rests on what was predicted: says so where some held-out interactions were not.
+fn reservation(run: &Run) -> String {
+    let (all, predicted) = held_out(run);
+    if predicted == all || run.diagnosis.base.rmse.is_empty() {
+        return String::new();
+    }
+    if predicted == 0 {
+        return " No held-out touch could be predicted: this rests on the touches that were fitted.".to_owned();
+    }
+    format!(
+        " {} of the {all} held-out touches could not be predicted and {} for nothing in this.",
+        all - predicted,
+        if all - predicted == 1 { "counts" } else { "count" }
+    )
+}
+
 /// The head of the page.
 pub fn section(capture: &Capture, run: &Run) -> String {
     let twin = &run.model.twin;
     let (word, sentence, class) = verdict(run);
+    let reservation = reservation(run);
     let links = twin.links().count();
     let joints = twin.joints().filter(|j| j.kind != JointKind::Fixed).count();
     let relations = twin
@@ -110,7 +135,7 @@ pub fn section(capture: &Capture, run: &Run) -> String {
     figures.push_str(&errors(run));
     format!(
         "<header>\n<p class=\"over\">palpate · digital twin of a tabletop</p>\n<h1>{}</h1>\n\
-         <p class=\"verdict {class}\"><strong>{word}</strong><span>{sentence}</span></p>\n\
+         <p class=\"verdict {class}\"><strong>{word}</strong><span>{sentence}{reservation}</span></p>\n\
          <dl class=\"figures\">\n{figures}</dl>\n\
          <nav aria-label=\"Sections\"><a href=\"#view\">Scene</a><a href=\"#estimates\">Estimates</a><a href=\"#joints\">Joints</a>\
          <a href=\"#relations\">Relations</a><a href=\"#interactions\">Interactions</a><a href=\"#diagnosis\">Diagnosis</a>\

@@ -54,7 +54,7 @@ pub fn figure(curve: &Curve, segmented: Option<&Segmented>, start: f64) -> Strin
     let shown = display(unit, size);
     let (factor, unit) = (shown.map_or(1.0, |d| d.factor), shown.map_or(unit, |d| d.unit));
     let points = thinned(curve, factor);
-    let noise = curve.noise.unwrap_or(0.0).abs() * factor;
+    let noise = curve.noise.filter(|n| n.is_finite()).unwrap_or(0.0).abs() * factor;
     let title = format!(
         "<figcaption>{} <small>{unit}</small></figcaption>",
         escape(&curve.label)
@@ -118,7 +118,8 @@ fn shades(segmented: Option<&Segmented>, x: &Scale) -> String {
 /// A phase as a faint field with a stronger edge on top.
 fn shade(phase: &Phase, x: &Scale) -> String {
     let (from, to) = (x.clamped(phase.start), x.clamped(phase.end));
-    if to - from <= 0.05 || phase.kind == PhaseKind::Rest {
+    let visible = to - from > 0.05 && phase.kind != PhaseKind::Rest;
+    if !visible {
         return String::new();
     }
     let name = phase_name(phase.kind);

@@ -146,7 +146,7 @@ pub fn cell(e: Option<&Estimate>) -> String {
         Status::Assumed => ("is-assumed", "assumed"),
         Status::Known => ("is-known", "known"),
     };
-    format!("<td class=\"num {class}\" title=\"{word}\">{value}</td>")
+    format!("<td class=\"num {class}\" title=\"{word}\">{value}<span class=\"unseen\">, {word}</span></td>")
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ impl Scale {
 
     /// The pixel of a value, kept inside.
     pub fn clamped(&self, value: f64) -> f64 {
-        self.at(value.clamp(self.low, self.high))
+        self.at(value.max(self.low).min(self.high))
     }
 
     /// Round numbers inside the range, about `count` of them, and the decimals that they need.

@@ -68,6 +68,22 @@ pub struct Link {
     /// N·s/m at the spot that was pressed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Estimate>,
+    /// What each interaction did to mass and friction.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ledger: Vec<LedgerEntry>,
+}
+
+/// What one interaction did to one number: the fit with it against the fit without it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct LedgerEntry {
+    /// The interaction that was left out.
+    pub interaction: String,
+    /// `mass` or `friction.kinetic`.
+    pub quantity: String,
+    /// By how much it moved the number, as a share of it.
+    pub moved: f64,
+    /// Standard deviation without it over that with it: 1 where it told nothing.
+    pub doubt_without: f64,
 }
 
 /// The force of friction on the support, N.
@@ -103,6 +119,9 @@ pub struct Friction {
     /// Ratio of the largest friction torque to the largest friction force, m (limit surface).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsional_radius: Option<Estimate>,
+    /// Slip speed below which friction grows with speed instead of holding still, m/s; absent where it holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub creep_speed: Option<Estimate>,
     /// Against the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<Estimate>,
@@ -116,9 +135,10 @@ impl Friction {
             kinetic,
             rolling,
             torsional_radius,
+            creep_speed,
             tool,
         } = self;
-        [static_, kinetic, rolling, torsional_radius, tool]
+        [static_, kinetic, rolling, torsional_radius, creep_speed, tool]
             .iter()
             .all(|e| e.is_none())
     }
@@ -166,6 +186,7 @@ impl Link {
             restitution: None,
             stiffness: None,
             damping: None,
+            ledger: Vec::new(),
         }
     }
 }

@@ -14,7 +14,7 @@ mod score_rows;
 mod score_table;
 mod truth;
 
-pub use body::{Body, Friction, FrictionForce, Link, Superquadric, SymmetryPlane};
+pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SymmetryPlane};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, write_twin};
 pub use joint::{Joint, JointAlternative, JointKind};

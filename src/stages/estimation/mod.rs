@@ -3,7 +3,10 @@
 mod action;
 mod body;
 mod calibrate;
+mod chain;
+mod chain_trial;
 mod coast;
+mod combine;
 mod config;
 mod drag;
 mod drive;
@@ -26,6 +29,7 @@ mod solid;
 mod squeeze;
 mod surface;
 mod tilt;
+mod together;
 
 pub use action::{action_of, first_rest, rest_pose, start_poses, support_normal};
 pub use calibrate::calibrate_friction;

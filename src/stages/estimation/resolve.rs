@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::Config;
 use super::coast::Shape;
+use super::combine::combine;
 use super::facts::{Facts, Ground};
 use super::friction_force::{Sliding, sliding_of};
 use super::pool::{pooled, positive, relative_sd};
@@ -122,6 +123,7 @@ pub(super) fn conclude(
         write_sliding(link, &sliding, guessed, prior.weight);
         write_friction_centre(link, &sliding, &centre_sd, &local_normal);
         part(link, before, g, config);
+        combine(link, facts, &sliding, before, g, config, notices);
     } else if link.friction.kinetic.is_none() {
         note_given_friction(link, before);
     }

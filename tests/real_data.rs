@@ -1,0 +1,169 @@
+//! The whole program on recordings: worlds of another simulator with their answers, real pushes, a real range camera.
+//!
+//! Needs the recordings named by `PALPATE_DATA`; without them every test says that it is skipped.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_macros,
+    reason = "a test says what it found and stops"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn recording(name: &str) -> Option<PathBuf> {
+    let Some(root) = std::env::var_os("PALPATE_DATA") else {
+        println!("skipped: PALPATE_DATA is not set");
+        return None;
+    };
+    let folder = PathBuf::from(root).join(name);
+    if folder.join("capture.json").is_file() {
+        return Some(folder);
+    }
+    println!("skipped: {} is no capture", folder.display());
+    None
+}
+
+fn palpate(words: &[&Path]) -> Output {
+    let out = Command::new(env!("CARGO_BIN_EXE_palpate"))
+        .args(words)
+        .output()
+        .expect("palpate runs");
+    assert!(
+        out.status.success(),
+        "{words:?}: {}{}",
+        String::from_utf8_lossy(&out.stdout),
+        String::from_utf8_lossy(&out.stderr)
+    );
+    out
+}
+
+/// Reconstructs, has every export loaded again, and gives the twin's folder (kept while the first lives).
+fn twin_of(capture: &Path) -> (tempfile::TempDir, PathBuf) {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let twin = dir.path().join("twin");
+    palpate(&["reconstruct".as_ref(), capture, "--out".as_ref(), &twin, "-q".as_ref()]);
+    palpate(&["check".as_ref(), &twin]);
+    (dir, twin)
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).expect("read")).expect("JSON")
+}
+
+/// Scores against the recording's own answers: every row of `wanted` is there and measured, within `share` of the
+/// truth where it is a number with an interval that holds it, and right where it is a word.
+fn scored(name: &str, wanted: &[(&str, &str)], share: f64) {
+    let Some(capture) = recording(name) else { return };
+    let (_dir, twin) = twin_of(&capture);
+    let truth = capture.join("truth.json");
+    let out = palpate(&["score".as_ref(), &twin, "--truth".as_ref(), &truth, "--json".as_ref()]);
+    let score: Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    for (about, quantity) in wanted {
+        let row = score["rows"]
+            .as_array()
+            .expect("rows")
+            .iter()
+            .find(|r| r["about"] == *about && r["quantity"] == *quantity)
+            .unwrap_or_else(|| panic!("{name}: no row of {about} {quantity}"));
+        println!("{name}: {row}");
+        assert_eq!(row["status"], "measured", "{name}: {row}");
+        assert_ne!(row["holds"], false, "{name}: the interval misses: {row}");
+        assert_ne!(row["right"], false, "{name}: {row}");
+        assert!(row["relative"].as_f64().is_none_or(|r| r <= share), "{name}: {row}");
+    }
+}
+
+#[test]
+fn a_tin_of_another_simulator() {
+    scored("mujoco-tin", &[("tin", "mass"), ("tin", "friction_kinetic")], 0.04);
+}
+
+#[test]
+fn a_pad_of_another_simulator() {
+    scored("mujoco-pad", &[("pad", "stiffness")], 0.04);
+}
+
+#[test]
+fn a_stack_of_another_simulator() {
+    scored("mujoco-stack", &[("top", "mass"), ("low|top", "relation")], 0.04);
+}
+
+#[test]
+fn a_hinge_of_another_simulator() {
+    scored(
+        "mujoco-hinge",
+        &[("base|arm", "type"), ("base|arm", "axis"), ("base|arm", "relation")],
+        0.04,
+    );
+}
+
+#[test]
+fn a_slope_that_is_not_mentioned_leaves_the_verdict_open() {
+    scored("mujoco-hidden", &[("tin", "mass"), ("tin", "friction_kinetic")], 0.04);
+    let Some(capture) = recording("mujoco-hidden") else {
+        return;
+    };
+    let (_dir, twin) = twin_of(&capture);
+    assert_ne!(json(&twin.join("diagnosis.json"))["verdict"], "adequate");
+}
+
+/// Friction force of real pushes near the nominal mu·m·g of the data's authors; mass alone is not to be known.
+#[test]
+fn real_pushes_tell_the_friction_force_and_not_the_mass() {
+    for (name, nominal) in [
+        ("cmu-push-hardboard-patch", 4.2),
+        ("cmu-push-plywood-3pt-10-90-10-10-30-130", 5.0),
+    ] {
+        let Some(capture) = recording(name) else { return };
+        let (_dir, folder) = twin_of(&capture);
+        let twin = json(&folder.join("twin.json"));
+        let link = &twin["bodies"][0]["links"][0];
+        let force = &link["friction_force"]["kinetic"];
+        println!("{name}: {} N {}, nominal {nominal} N", force["value"], force["ci95"]);
+        assert_eq!(force["status"], "measured", "{name}");
+        let (low, high) = (
+            force["ci95"][0].as_f64().expect("low"),
+            force["ci95"][1].as_f64().expect("high"),
+        );
+        assert!(low <= nominal && nominal <= high, "{name}: {nominal} N is outside");
+        assert!(high - low < 0.25 * nominal, "{name}: an interval that says little");
+        assert_eq!(link["mass"]["status"], "assumed", "{name}");
+        assert_eq!(link["mass"]["confounded"]["known"], "friction_force.kinetic", "{name}");
+    }
+}
+
+/// Views of a real range camera, no touch and no support given: things with surfaces, and a GLB that reads back whole.
+#[test]
+fn a_real_shelf_is_reconstructed_to_a_valid_file() {
+    let Some(capture) = recording("shelf-views") else {
+        return;
+    };
+    let (_dir, folder) = twin_of(&capture);
+    let twin = json(&folder.join("twin.json"));
+    let bodies = twin["bodies"].as_array().expect("bodies");
+    println!("shelf-views: {} bodies", bodies.len());
+    assert!(!bodies.is_empty(), "nothing was found");
+    for link in bodies.iter().flat_map(|b| b["links"].as_array().expect("links")) {
+        assert!(link.get("mass").is_none(), "nobody touched {}", link["name"]);
+        let mesh = folder.join(link["mesh"].as_str().expect("a mesh"));
+        assert!(
+            fs::metadata(&mesh).expect("the mesh").len() > 1000,
+            "{}",
+            mesh.display()
+        );
+    }
+    let (document, buffers, _) = gltf::import(folder.join("scene.glb")).expect("a valid GLB");
+    let mut corners = 0;
+    for primitive in document.meshes().flat_map(|m| m.primitives().collect::<Vec<_>>()) {
+        let reader = primitive.reader(|b| Some(&buffers[b.index()]));
+        for p in reader.read_positions().expect("positions") {
+            assert!(p.iter().all(|x| x.is_finite()));
+            corners += 1;
+        }
+    }
+    assert!(corners > 1000, "{corners} corners");
+}

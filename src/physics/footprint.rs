@@ -104,9 +104,9 @@ impl Footprint {
         (area, Point2::from(moment / area))
     }
 
-    /// Points with their shares of the area, m²: 36 to each triangle of the fan about the first corner.
+    /// Points with their shares of the area, m²: 100 to each triangle of the fan about the first corner.
     pub fn quadrature(&self) -> Vec<(Point2<f64>, f64)> {
-        const STEPS: usize = 6;
+        const STEPS: usize = 10;
         let origin = self.corners[0];
         let mut points = Vec::new();
         for (a, b) in self.edges() {

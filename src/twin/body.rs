@@ -77,6 +77,22 @@ pub struct Link {
     /// N·s/m at the spot that was pressed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Estimate>,
+    /// What each interaction did to mass and friction.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ledger: Vec<LedgerEntry>,
+}
+
+/// What one interaction did to one number: the fit with it against the fit without it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct LedgerEntry {
+    /// The interaction that was left out.
+    pub interaction: String,
+    /// `mass` or `friction.kinetic`.
+    pub quantity: String,
+    /// By how much it moved the number, as a share of it.
+    pub moved: f64,
+    /// Standard deviation without it over that with it: 1 where it told nothing.
+    pub doubt_without: f64,
 }
 
 /// Shares of a mesh's area by where they come from; they sum to 1.
@@ -182,6 +198,7 @@ impl Link {
             restitution: None,
             stiffness: None,
             damping: None,
+            ledger: Vec::new(),
         }
     }
 }

@@ -15,7 +15,7 @@ mod score_table;
 mod symmetry;
 mod truth;
 
-pub use body::{Body, Friction, FrictionForce, Link, Superquadric, SurfaceShares};
+pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, write_twin};
 pub use joint::{Joint, JointAlternative, JointKind};

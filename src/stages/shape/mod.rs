@@ -1,11 +1,14 @@
 //! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
 
 mod anchor;
+mod belief;
 mod config;
 mod discover;
 mod furnish;
 mod fuse;
+mod gain;
 mod lens;
+mod next_view;
 mod range;
 mod reconstruct;
 mod seat;
@@ -26,4 +29,6 @@ mod tests;
 pub use crate::geometry::{Mesh, Silhouette};
 pub use config::Config;
 pub use furnish::furnish;
+pub use gain::Gain;
+pub use next_view::{Decision, NextView, NextViewConfig, ViewChoice};
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};

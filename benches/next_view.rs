@@ -40,7 +40,11 @@ fn scene(seed: u64) -> Scene {
             0 | 1 => {
                 let wide = half * rng.random_range(0.5..1.0);
                 let size = format!("[{:.4}, {:.4}, {height:.4}]", 2.0 * half, 2.0 * wide);
-                (format!("{{ kind = \"box\", size = {size} }}"), half.hypot(wide), height / 2.0)
+                (
+                    format!("{{ kind = \"box\", size = {size} }}"),
+                    half.hypot(wide),
+                    height / 2.0,
+                )
             }
             2 => (
                 format!("{{ kind = \"cylinder\", radius = {half:.4}, height = {height:.4} }}"),
@@ -91,7 +95,12 @@ fn shown(camera: &Camera, view: &View, spots: &[Point3<f64>]) -> Vec<bool> {
     let sees = |spot: &Point3<f64>| {
         let p = view.world_from_camera.inverse_transform_point(spot);
         let (u, v) = (camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy);
-        if p.z <= 0.0 || u < 0.0 || v < 0.0 || u.round() >= f64::from(camera.width) || v.round() >= f64::from(camera.height) {
+        if p.z <= 0.0
+            || u < 0.0
+            || v < 0.0
+            || u.round() >= f64::from(camera.width)
+            || v.round() >= f64::from(camera.height)
+        {
             return false;
         }
         let at = v.round() as usize * camera.width as usize + u.round() as usize;
@@ -141,7 +150,7 @@ fn chosen(rig: &mut LabRig, said: &RigDescription, spots: &[Point3<f64>]) -> (Ve
             }
         };
         let view = look(rig, &pose);
-        planner.add(&view);
+        planner.add(camera, &view);
         seen.push(shown(camera, &view, spots));
         shares.push(share(&seen));
     }

@@ -47,7 +47,10 @@ impl ProcessRig {
 
     fn died(&mut self) -> Error {
         self.input = None;
-        let how = self.child.wait().map_or_else(|e| e.to_string(), |status| status.to_string());
+        let how = self
+            .child
+            .wait()
+            .map_or_else(|e| e.to_string(), |status| status.to_string());
         Error::Failed(format!(
             "exec:{}: the rig ended ({how}) after {} lines, before it had answered",
             self.command, self.lines
@@ -89,7 +92,9 @@ impl Drop for ProcessRig {
 
 impl Rig for ProcessRig {
     fn describe(&mut self) -> Result<RigDescription> {
-        let description = self.ask(&json!({ "ask": "describe", "protocol": RIG_PROTOCOL }))?.description()?;
+        let description = self
+            .ask(&json!({ "ask": "describe", "protocol": RIG_PROTOCOL }))?
+            .description()?;
         self.cameras.clone_from(&description.cameras);
         Ok(description)
     }

@@ -141,7 +141,9 @@ impl Line {
     /// Why the rig refused, if it did.
     pub fn refusal(&self) -> Result<Option<String>> {
         let value = parse(&self.name, self.text.as_bytes())?;
-        let Some(why) = value.get("refused") else { return Ok(None) };
+        let Some(why) = value.get("refused") else {
+            return Ok(None);
+        };
         let text = why.as_str().map(str::to_owned);
         text.map(Some)
             .ok_or_else(|| self.bad("refused", why.to_string(), "the reason as a string"))
@@ -171,7 +173,10 @@ impl Line {
         }
         let mut bodies = Vec::with_capacity(d.bodies.len());
         for (i, body) in d.bodies.iter().enumerate() {
-            let pose = body.pose.map(|p| self.pose(&format!("bodies[{i}].pose"), p)).transpose()?;
+            let pose = body
+                .pose
+                .map(|p| self.pose(&format!("bodies[{i}].pose"), p))
+                .transpose()?;
             bodies.push(BodyPrior {
                 name: body.name.clone(),
                 world_from_body: pose,
@@ -222,7 +227,11 @@ impl Line {
                 let sound = |r: &[f64; 2], most: f64| r[0] > 0.0 && r[0] <= r[1] && r[1] <= most;
                 if !sound(&dome.radius, f64::MAX) || !sound(&dome.elevation, 90.0) {
                     let found = format!("radius {:?}, elevation {:?}", dome.radius, dome.elevation);
-                    return Err(self.bad("reach.dome", found, "two rising positive numbers each, elevation in degrees up to 90"));
+                    return Err(self.bad(
+                        "reach.dome",
+                        found,
+                        "two rising positive numbers each, elevation in degrees up to 90",
+                    ));
                 }
                 Ok(Reach::Dome {
                     target: Point3::from(dome.target),
@@ -258,7 +267,9 @@ impl Line {
             time: v.time,
             world_from_camera: self.pose("pose", v.pose)?,
             depth: read_depth(&file, &bytes, width, height)?,
-            color: color.map(|(file, bytes)| read_color(&file, &bytes, width, height)).transpose()?,
+            color: color
+                .map(|(file, bytes)| read_color(&file, &bytes, width, height))
+                .transpose()?,
             labels: None,
         })
     }
@@ -276,7 +287,10 @@ impl Line {
             (None, Some(coded)) => {
                 let place = format!("{key}_png");
                 let bytes = from_base64(coded).ok_or_else(|| self.bad(&place, "other characters", "base64"))?;
-                Ok(Some((PathBuf::from(format!("{}: {place}", self.name.display())), bytes)))
+                Ok(Some((
+                    PathBuf::from(format!("{}: {place}", self.name.display())),
+                    bytes,
+                )))
             }
             (None, None) => Ok(None),
             _ => Err(self.bad(key, "a path and base64", "one of the two")),
@@ -289,10 +303,17 @@ impl Line {
         const POSE: &str = "time,x,y,z,qx,qy,qz,qw";
         let mut tracks = BTreeMap::new();
         for (name, rows) in &t.tracks {
-            tracks.insert(name.clone(), self.table(&format!("tracks.{name}"), POSE, rows, read_track)?);
+            tracks.insert(
+                name.clone(),
+                self.table(&format!("tracks.{name}"), POSE, rows, read_track)?,
+            );
         }
         let wide = t.force.iter().flatten().all(|row| row.len() == 7);
-        let header = if wide { "time,fx,fy,fz,tx,ty,tz" } else { "time,fx,fy,fz" };
+        let header = if wide {
+            "time,fx,fy,fz,tx,ty,tz"
+        } else {
+            "time,fx,fy,fz"
+        };
         let stream = |r: &Option<Rows>| r.clone().filter(|r| !r.is_empty());
         Ok(Interaction {
             name: touch.name.clone(),
@@ -301,7 +322,9 @@ impl Line {
             tool_name: None,
             tool: t.tool.as_ref().map(|tool| self.tool(tool)).transpose()?,
             target: t.target.clone().or_else(|| touch.target.clone()),
-            force: stream(&t.force).map(|r| self.table("force", header, &r, read_wrench)).transpose()?,
+            force: stream(&t.force)
+                .map(|r| self.table("force", header, &r, read_wrench))
+                .transpose()?,
             tool_path: stream(&t.tool_path)
                 .map(|r| self.table("tool_path", POSE, &r, read_tool_path))
                 .transpose()?,
@@ -344,7 +367,10 @@ impl Line {
     fn table<T>(&self, key: &str, header: &str, rows: &Rows, read: impl Fn(&Path, &[u8]) -> Result<T>) -> Result<T> {
         let mut text = String::from(header);
         for row in rows {
-            let cells: Vec<String> = row.iter().map(|x| x.map_or(String::new(), |x| format!("{x}"))).collect();
+            let cells: Vec<String> = row
+                .iter()
+                .map(|x| x.map_or(String::new(), |x| format!("{x}")))
+                .collect();
             text.push('\n');
             text.push_str(&cells.join(","));
         }

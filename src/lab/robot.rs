@@ -9,9 +9,7 @@ use super::ray::Stage;
 use super::truth::truth;
 use super::{ActionSpec, Scene, Solid, ToolSpec, build_solids, perform, range_camera, rig, sensors};
 use crate::base::{Error, Pose, Progress, Result, Seed};
-use crate::capture::{
-    Answer, BodyPrior, Camera, Interaction, Kind, Reach, Rig, RigDescription, Support, Touch, View,
-};
+use crate::capture::{Answer, BodyPrior, Camera, Interaction, Kind, Reach, Rig, RigDescription, Support, Touch, View};
 
 /// Elevations that the camera reaches, degrees.
 const ELEVATION: [f64; 2] = [12.0, 82.0];
@@ -71,7 +69,10 @@ impl LabRig {
 
     /// A box about all things, with some air, down to the table.
     fn workspace(&self) -> [Point3<f64>; 2] {
-        let spots = self.solids.values().flat_map(|s| s.mesh.vertices.iter().map(|v| s.world_from_body.0 * v));
+        let spots = self
+            .solids
+            .values()
+            .flat_map(|s| s.mesh.vertices.iter().map(|v| s.world_from_body.0 * v));
         let target = Point3::from(self.scene.camera.target);
         let (low, high) = spots.fold((target, target), |(l, h), p| (l.inf(&p), h.sup(&p)));
         let margin = Vector3::repeat(MARGIN);
@@ -183,10 +184,19 @@ impl Rig for LabRig {
     fn look(&mut self, world_from_camera: &Pose) -> Result<Answer<View>> {
         let height = world_from_camera.translation.vector.z;
         if height < LOWEST {
-            return Ok(Answer::Refused(format!("the camera would be {height:.3} m above the table")));
+            return Ok(Answer::Refused(format!(
+                "the camera would be {height:.3} m above the table"
+            )));
         }
         let spec = &self.scene.camera;
-        let mut view = range_camera::take(&self.stage, spec, &self.camera, world_from_camera, self.views, self.seed);
+        let mut view = range_camera::take(
+            &self.stage,
+            spec,
+            &self.camera,
+            world_from_camera,
+            self.views,
+            self.seed,
+        );
         view.time = PAUSE * self.views as f64;
         self.views += 1;
         self.clock = view.time + PAUSE;

@@ -85,11 +85,15 @@ impl Belief {
     }
 
     pub fn centre(&self, place: [i64; 3]) -> Point3<f64> {
-        Point3::from(std::array::from_fn(|a| self.low[a] + (place[a] as f64 + 0.5) * self.voxel))
+        Point3::from(std::array::from_fn(|a| {
+            self.low[a] + (place[a] as f64 + 0.5) * self.voxel
+        }))
     }
 
     pub fn below_floor(&self, p: &Point3<f64>) -> bool {
-        self.floor.as_ref().is_some_and(|(plane, margin)| plane.height(p) < *margin)
+        self.floor
+            .as_ref()
+            .is_some_and(|(plane, margin)| plane.height(p) < *margin)
     }
 
     pub fn state(&self, place: [i64; 3], at: usize) -> State {

@@ -42,7 +42,9 @@ pub(super) fn expected(belief: &Belief, camera: &Camera, pose: &Pose) -> Gain {
     let eye = Point3::from(pose.translation.vector);
     let middle = belief.low + Vector3::from(belief.size.map(|n| 0.5 * n as f64 * belief.voxel));
     // One ray a voxel at the middle of the workspace.
-    let step = (0.8 * belief.voxel * camera.fx / (middle - eye).norm().max(0.1)).floor().max(1.0) as usize;
+    let step = (0.8 * belief.voxel * camera.fx / (middle - eye).norm().max(0.1))
+        .floor()
+        .max(1.0) as usize;
     for v in (step / 2..camera.height as usize).step_by(step) {
         for u in (step / 2..camera.width as usize).step_by(step) {
             let (x, y) = unproject(camera, u as f64, v as f64);
@@ -74,7 +76,9 @@ impl<'a> Tally<'a> {
 
     fn cast(&mut self, eye: &Point3<f64>, way: &Vector3<f64>, camera: &Camera, scale: f64) {
         let belief = self.belief;
-        let Some((from, to)) = belief.clip(eye, way) else { return };
+        let Some((from, to)) = belief.clip(eye, way) else {
+            return;
+        };
         let (from, to) = (from.max(camera.depth_min / scale), to.min(camera.depth_max / scale));
         let step = 0.7 * belief.voxel;
         let (mut t, mut left, mut last) = (from, 1.0, usize::MAX);

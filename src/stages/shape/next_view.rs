@@ -103,7 +103,9 @@ impl NextView {
         config.check()?;
         let candidates = reach.poses(config.candidates);
         if candidates.is_empty() {
-            return Err(Error::Failed("the rig can reach no pose from which it would look down".into()));
+            return Err(Error::Failed(
+                "the rig can reach no pose from which it would look down".into(),
+            ));
         }
         let plane = support.map(|s| Plane::through(&s.point, UnitVector3::new_normalize(s.normal.into_inner())));
         Ok(Self {
@@ -117,9 +119,9 @@ impl NextView {
         })
     }
 
-    /// Takes in a view, whether it was chosen here or not.
-    pub fn add(&mut self, view: &View) {
-        self.belief.add(&self.camera, view);
+    /// Takes in a view of `camera`, whether it was chosen here or not.
+    pub fn add(&mut self, camera: &Camera, view: &View) {
+        self.belief.add(camera, view);
         self.taken += 1;
         if let Some((promised, before)) = self.pending.take() {
             self.record.0 += promised;

@@ -5,6 +5,7 @@
 #![allow(
     missing_docs,
     clippy::expect_used,
+    clippy::panic,
     clippy::print_stdout,
     clippy::disallowed_macros,
     reason = "a benchmark prints, and stops where it fails"

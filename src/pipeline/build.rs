@@ -34,7 +34,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         shapes = shape::reconstruct(capture, &options.shape, &mut notices)?;
         shape::furnish(&mut shapes, &options.shape, &mut notices);
     }
-    let (mut model, pictures) = assemble::model(capture, shapes, options);
+    let mut model = assemble::model(capture, shapes, options);
     clock.lap("shape");
 
     if options.runs(Pass::Symmetry) {
@@ -43,6 +43,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
             assemble::set_symmetry(&mut model, &name, planes);
         }
     }
+    let pictures = assemble::draw_views(&mut model);
     clock.lap("symmetry");
 
     let segmented = interaction::segment(capture, &model, &options.interaction, &mut notices)?;

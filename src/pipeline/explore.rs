@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::touches::default_touches;
 use crate::base::{Error, Notices, Pose, Progress, Result};
-use crate::capture::{Answer, Camera, Capture, Reach, Rig, RigDescription, Touch};
+use crate::capture::{Answer, Capture, Rig, RigDescription, Touch};
 use crate::stages::shape::{self, Decision, NextView, NextViewConfig, ViewChoice};
 
 /// The name under which the loop leaves its notices.
@@ -13,7 +13,7 @@ const STAGE: &str = "explore";
 /// How to explore.
 #[derive(Clone, Debug)]
 pub struct ExploreOptions {
-    /// Most views and touches together.
+    /// Most views and touches together; a third is kept for touches where the rig can touch.
     pub budget: usize,
     /// How views are chosen.
     pub next_view: NextViewConfig,
@@ -135,8 +135,13 @@ fn look_around(
     (capture, steps): Gathered,
     progress: &Progress,
 ) -> Result<String> {
-    let mut planner = planner(said, &said.cameras, &said.reach, options)?;
-    while capture.views.len() < options.budget {
+    let mut planner = planner(said, options)?;
+    // A third is left for the touches, where there are any.
+    let most = match said.touches.is_empty() {
+        true => options.budget,
+        false => (2 * options.budget).div_ceil(3),
+    };
+    while capture.views.len() < most {
         let choice = match planner.decide() {
             Decision::Look(choice) => choice,
             Decision::Stop(why) => return Ok(why),
@@ -156,17 +161,21 @@ fn look_around(
         steps.push(step);
         progress.advance();
     }
-    Ok(format!("the budget of {} is used up", options.budget))
+    Ok(format!(
+        "the {most} views of the budget of {} are used up",
+        options.budget
+    ))
 }
 
-fn planner(said: &RigDescription, cameras: &[Camera], reach: &Reach, options: &ExploreOptions) -> Result<NextView> {
-    let camera = cameras
+fn planner(said: &RigDescription, options: &ExploreOptions) -> Result<NextView> {
+    let camera = said
+        .cameras
         .first()
         .ok_or_else(|| Error::Failed("the rig has no camera".into()))?;
     NextView::new(
         options.next_view.clone(),
         camera,
-        reach,
+        &said.reach,
         said.workspace,
         said.support.as_ref(),
     )

@@ -148,9 +148,10 @@ impl Belief {
                 let Some(depth) = image.depth(x, y) else { continue };
                 let spot = image.point(x, y, depth);
                 let normal = image.normal(x, y, depth);
-                // A pixel on an edge may fly: what lies well before both of its sides is free, no more is said.
-                let edge = normal.is_none();
-                self.carve(&eye, &spot, if edge { 3.0 } else { 1.5 });
+                // A pixel on an edge may fly: what lies well before it is free, no more is said. A slanted look must
+                // not carve the surface that it grazes.
+                let slant = |n: Vector3<f64>| (-n.dot(&(spot - eye).normalize())).max(0.15);
+                self.carve(&eye, &spot, normal.map_or(3.0, |n| 1.2 / slant(n)));
                 if let Some(normal) = normal {
                     self.mark(&eye, &spot, &normal);
                 }

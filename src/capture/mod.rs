@@ -19,6 +19,7 @@ mod motion;
 mod phases;
 mod read;
 mod rig;
+mod rig_json;
 mod rig_process;
 mod rig_protocol;
 mod streams;

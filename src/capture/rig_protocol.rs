@@ -6,126 +6,19 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Point3, Vector3};
 use schemars::{JsonSchema, schema_for};
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::document::{hold_against, parse, without_nulls};
 use super::images::{read_color, read_depth};
-use super::json::{CameraJson, NoiseJson, ShapeJson, SupportJson, ToolJson, standard_gravity};
+use super::json::{ShapeJson, SupportJson, ToolJson};
 use super::read::{camera, noise_of};
+use super::rig_json::{DescriptionJson, DoneJson, ReachJson, Rows, TouchedJson, ViewJson};
 use super::streams::{pose_of, read_normals, read_tool_path, read_track, read_wrench, unit_vector};
-use super::{BodyPrior, Camera, Interaction, Kind, Reach, RigDescription, Support, Tool, ToolShape, Touch, View};
+use super::{BodyPrior, Camera, Interaction, Reach, RigDescription, Support, Tool, ToolShape, Touch, View};
 use crate::base::{Error, Pose, Result, read_bytes};
 
 /// The value of `protocol` that this version speaks.
 pub const RIG_PROTOCOL: &str = "palpate-rig/1";
-
-/// Rows of numbers, one a sample; a missing reading is null.
-type Rows = Vec<Vec<Option<f64>>>;
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct DescriptionJson {
-    protocol: String,
-    name: String,
-    #[serde(default = "standard_gravity")]
-    gravity: [f64; 3],
-    #[serde(default)]
-    support: Option<SupportJson>,
-    #[schemars(length(min = 1))]
-    cameras: Vec<CameraJson>,
-    reach: ReachJson,
-    workspace: BoxJson,
-    #[serde(default)]
-    touches: Vec<Kind>,
-    #[serde(default)]
-    bodies: Vec<BodyJson>,
-    #[serde(default)]
-    noise: Option<NoiseJson>,
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct ReachJson {
-    #[serde(default)]
-    poses: Option<Vec<[f64; 7]>>,
-    #[serde(default)]
-    dome: Option<DomeJson>,
-    #[serde(default, rename = "box")]
-    room: Option<RoomJson>,
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct DomeJson {
-    target: [f64; 3],
-    radius: [f64; 2],
-    elevation: [f64; 2],
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct RoomJson {
-    low: [f64; 3],
-    high: [f64; 3],
-    target: [f64; 3],
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct BoxJson {
-    low: [f64; 3],
-    high: [f64; 3],
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct BodyJson {
-    #[schemars(length(min = 1))]
-    name: String,
-    #[serde(default)]
-    pose: Option<[f64; 7]>,
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct ViewJson {
-    #[serde(default)]
-    camera: Option<String>,
-    time: f64,
-    pose: [f64; 7],
-    #[serde(default)]
-    depth: Option<String>,
-    #[serde(default)]
-    depth_png: Option<String>,
-    #[serde(default)]
-    color: Option<String>,
-    #[serde(default)]
-    color_png: Option<String>,
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct TouchedJson {
-    #[serde(default)]
-    tool: Option<ToolJson>,
-    #[serde(default)]
-    target: Option<String>,
-    #[serde(default)]
-    force: Option<Rows>,
-    #[serde(default)]
-    tool_path: Option<Rows>,
-    #[serde(default)]
-    support_path: Option<Rows>,
-    #[serde(default)]
-    tracks: BTreeMap<String, Rows>,
-}
-
-#[derive(Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct DoneJson {
-    done: bool,
-}
 
 /// One line of a rig, with the name that errors give it.
 pub(super) struct Line {

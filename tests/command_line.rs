@@ -129,6 +129,7 @@ fn every_command_shows_an_example() {
         "check",
         "view",
         "calibrate",
+        "explore",
     ] {
         let out = palpate(&[command, "--help"]);
         assert!(out.status.success());

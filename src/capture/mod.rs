@@ -18,6 +18,10 @@ mod model;
 mod motion;
 mod phases;
 mod read;
+mod rig;
+mod rig_json;
+mod rig_process;
+mod rig_protocol;
 mod streams;
 mod table;
 mod write;
@@ -35,4 +39,7 @@ pub use model::{
 pub use motion::{RelativePose, TrackNoise, first_rest, path_of, position_noise, relative_motion, track_noise};
 pub use phases::{Phase, PhaseKind, Segmented};
 pub use read::read_capture;
+pub use rig::{Answer, Reach, Rig, RigDescription, Touch, looking_at};
+pub use rig_process::ProcessRig;
+pub use rig_protocol::RIG_PROTOCOL;
 pub use write::{write_capture, write_capture_with};

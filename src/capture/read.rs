@@ -238,7 +238,7 @@ impl Reader<'_> {
     }
 }
 
-fn camera(c: &CameraJson) -> Camera {
+pub(super) fn camera(c: &CameraJson) -> Camera {
     Camera {
         name: c.name.clone(),
         width: c.width,
@@ -278,7 +278,7 @@ fn support(folder: &Folder, s: &SupportJson) -> Result<Support> {
     })
 }
 
-fn noise_of(n: &NoiseJson) -> Noise {
+pub(super) fn noise_of(n: &NoiseJson) -> Noise {
     Noise {
         force: n.force,
         torque: n.torque,

@@ -82,6 +82,24 @@ pub enum Command {
         #[arg(long)]
         timings: bool,
     },
+    /// Choose views and touches by itself, with the lab or a robot, until nothing more is worth its while; then
+    /// reconstruct what was gathered
+    #[command(
+        after_help = "Example:\n  palpate explore --rig lab:scene.toml --out explored\n  palpate explore --rig 'exec:python3 \
+                      examples/rig.py' --out explored\n\nThe rig protocol is told in docs/rig-protocol.md."
+    )]
+    Explore {
+        /// lab:SCENE.toml (or lab:NAME for a scene that is built in), or exec:COMMAND for a rig that answers on its
+        /// standard output
+        #[arg(long)]
+        rig: String,
+        /// Where the capture, the twin and explore.json go
+        #[arg(long)]
+        out: PathBuf,
+        /// Most views and touches together
+        #[arg(long, default_value_t = 40)]
+        budget: usize,
+    },
     /// Say what is in a capture, and what is missing for which estimate
     #[command(after_help = "Example:\n  palpate inspect capture")]
     Inspect {

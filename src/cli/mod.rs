@@ -4,6 +4,7 @@ mod arguments;
 mod calibrate;
 mod check;
 mod demo;
+mod explore;
 mod inspect;
 mod output;
 mod reconstruct;

@@ -1,5 +1,6 @@
 //! `palpate reconstruct`: a capture in, a twin's folder out, whole or not at all.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -12,7 +13,7 @@ use crate::capture::{Capture, read_capture};
 use crate::export::export_all;
 use crate::pipeline::{Options, Pass, Run, build};
 use crate::report;
-use crate::twin::{read_twin, write_twin};
+use crate::twin::{Link, read_twin, write_twin};
 
 /// What was asked for beyond the capture.
 pub struct Request<'a> {
@@ -99,30 +100,7 @@ pub fn summary(run: &Run, out: &Path) -> String {
     let twin = &run.model.twin;
     let mut text = String::new();
     for (_, link) in twin.links() {
-        let mut known = Vec::new();
-        for (name, estimate) in [
-            ("mass", &link.mass),
-            ("friction force", &link.friction_force.kinetic),
-            ("static friction", &link.friction.static_),
-            ("kinetic friction", &link.friction.kinetic),
-            ("stiffness", &link.stiffness),
-        ] {
-            if let Some(e) = estimate.as_ref().filter(|e| e.is_measured()) {
-                let sd = e.sd.map_or(String::new(), |sd| format!(" ± {sd:.*}", decimals(sd)));
-                known.push(format!(
-                    "{name} {:.*}{sd} {}",
-                    decimals(e.sd.unwrap_or(0.01)),
-                    e.value,
-                    e.unit
-                ));
-            }
-        }
-        let words = if known.is_empty() {
-            "nothing measured but its shape or place".into()
-        } else {
-            known.join(", ")
-        };
-        text += &format!("{}: {words}\n", link.name);
+        text += &format!("{}: {}{}\n", link.name, measured(link), surface(link));
     }
     for joint in twin.joints() {
         text += &format!(
@@ -138,6 +116,38 @@ pub fn summary(run: &Run, out: &Path) -> String {
     }
     text += &format!("diagnosis: {:?}\n", run.diagnosis.verdict);
     text + &format!("report: {}\n", out.join("report.html").display())
+}
+
+/// What was measured of a link, in words.
+fn measured(link: &Link) -> String {
+    let all = [
+        ("mass", &link.mass),
+        ("friction force", &link.friction_force.kinetic),
+        ("static friction", &link.friction.static_),
+        ("kinetic friction", &link.friction.kinetic),
+        ("stiffness", &link.stiffness),
+    ];
+    let known: Vec<String> = all
+        .iter()
+        .filter_map(|(name, estimate)| {
+            let e = estimate.as_ref().filter(|e| e.is_measured())?;
+            let sd = e.sd.map_or(String::new(), |sd| format!(" ± {sd:.*}", decimals(sd)));
+            let digits = decimals(e.sd.unwrap_or(0.01));
+            Some(format!("{name} {:.digits$}{sd} {}", e.value, e.unit))
+        })
+        .collect();
+    match known.is_empty() {
+        true => "nothing measured but its shape or place".into(),
+        false => known.join(", "),
+    }
+}
+
+/// How much of a link's surface was seen, in words; empty without a mesh.
+fn surface(link: &Link) -> String {
+    link.surface.map_or(String::new(), |s| {
+        let [seen, mirrored, closed] = [s.seen, s.mirrored, s.closed].map(|share| 100.0 * share);
+        format!("; surface {seen:.0} % seen, {mirrored:.0} % mirrored, {closed:.0} % closed")
+    })
 }
 
 /// Digits after the point that show two figures of a spread.
@@ -156,6 +166,7 @@ pub fn digest(run: &Run, out: &Path) -> serde_json::Value {
         "out": out,
         "bodies": run.model.twin.bodies.iter().map(|b| &b.name).collect::<Vec<_>>(),
         "relations": run.model.twin.relations.len(),
+        "surface": run.model.twin.links().map(|(_, l)| (l.name.clone(), json!(l.surface))).collect::<BTreeMap<_, _>>(),
         "verdict": run.diagnosis.verdict,
         "seconds": seconds,
     })

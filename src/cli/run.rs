@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use super::arguments::{Arguments, Command};
-use super::{calibrate, check, demo, inspect, output, reconstruct, schema, score, simulate, synth, view};
+use super::{calibrate, check, demo, explore, inspect, output, reconstruct, schema, score, simulate, synth, view};
 use crate::base::{Error, Result};
 
 /// Runs the process's command line: 0 done, 1 it could not be done, 2 bad usage or bad input.
@@ -48,6 +48,7 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
             };
             reconstruct::reconstruct(common, capture, out, &request)
         }
+        Command::Explore { rig, out, budget } => explore::explore(common, rig, out, *budget),
         Command::Inspect { capture } => inspect::inspect(common, capture),
         Command::Schema { format } => schema::schema(format),
         Command::Score { twin, truth } => score::score(common, twin, truth),

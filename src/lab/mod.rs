@@ -13,6 +13,7 @@ mod range_camera;
 mod ray;
 mod read;
 mod rig;
+mod robot;
 mod scene;
 mod scenes;
 mod script;
@@ -24,6 +25,7 @@ mod truth;
 
 pub use perform::{Performance, perform};
 pub use read::{parse_scene, read_scene};
+pub use robot::LabRig;
 pub use scene::{
     ActionSpec, BodySpec, BondSpec, CameraSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec, PairSpec,
     Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,

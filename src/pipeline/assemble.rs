@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::Options;
 use crate::base::{Estimate, Notices, Pose};
 use crate::capture::{Capture, PoseStream};
 use crate::stages::articulation::Articulation;
-use crate::stages::shape::{Shapes, Silhouette};
+use crate::stages::shape::{Shapes, Silhouette, principal_views};
 use crate::twin::{
     Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
     SupportPlane, SurfaceShares, Twin,
@@ -26,9 +28,8 @@ fn file_stem(name: &str) -> String {
 }
 
 /// One rigid body for every thing that was seen, tracked or known, with its meshes.
-pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> (Model, Vec<(String, Vec<u8>)>) {
+pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
     let mut meshes = BTreeMap::new();
-    let mut pictures = Vec::new();
     let mut bodies = Vec::new();
     for object in shapes.objects {
         let stem = file_stem(&object.name);
@@ -42,13 +43,6 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> (Model, Ve
             let path = format!("meshes/{stem}.collision-{k}.obj");
             meshes.insert(path.clone(), part);
             link.collision.push(path);
-        }
-        for (view, picture) in &object.silhouettes {
-            if let Some(png) = png(picture) {
-                let path = format!("views/{stem}.{view}.png");
-                link.principal_views.push(path.clone());
-                pictures.push((path, png));
-            }
         }
         bodies.push(Body::rigid(link));
     }
@@ -72,7 +66,32 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> (Model, Ve
         },
         notices: Vec::new(),
     };
-    (Model { twin, meshes }, pictures)
+    Model { twin, meshes }
+}
+
+/// Draws the principal views of every link, in the frame of its symmetry; path in the twin's folder and PNG.
+pub fn draw_views(model: &mut Model) -> Vec<(String, Vec<u8>)> {
+    let mut pictures = Vec::new();
+    let against = -Vector3::from(model.twin.gravity);
+    let up = model.twin.support.as_ref().map_or(against, |s| Vector3::from(s.normal));
+    let up = up.try_normalize(1e-9).unwrap_or_else(Vector3::z);
+    let ahead = (Vector3::y() - up * up.y)
+        .try_normalize(1e-3)
+        .unwrap_or_else(|| Vector3::z().cross(&up));
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let Some(mesh) = link.mesh.as_ref().and_then(|path| model.meshes.get(path)) else {
+            continue;
+        };
+        let back = link.pose.rotation.inverse();
+        for (view, picture) in principal_views(mesh, back * up, back * ahead, &link.symmetry) {
+            if let Some(png) = png(&picture) {
+                let path = format!("views/{}.{view}.png", file_stem(&link.name));
+                link.principal_views.push(path.clone());
+                pictures.push((path, png));
+            }
+        }
+    }
+    pictures
 }
 
 /// A silhouette as an 8-bit grey PNG.

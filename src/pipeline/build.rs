@@ -36,12 +36,13 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         shapes = shape::reconstruct_with(capture, &options.shape, &symmetries.finder(), &mut notices)?;
         shape::furnish(&mut shapes, &options.shape, &mut notices);
     }
-    let (mut model, pictures) = assemble::model(capture, shapes, options);
+    let mut model = assemble::model(capture, shapes, options);
     clock.lap("shape");
 
     if options.runs(Pass::Symmetry) {
         symmetries.write(&mut model, &mut notices)?;
     }
+    let pictures = assemble::draw_views(&mut model);
     clock.lap("symmetry");
 
     let segmented = interaction::segment(capture, &model, &options.interaction, &mut notices)?;

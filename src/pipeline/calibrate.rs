@@ -9,7 +9,7 @@ use crate::stages::{estimation, interaction, shape};
 /// An entry of `calibration/materials.toml` from the tilts of a capture.
 pub fn calibrate_friction(capture: &Capture, notices: &mut Notices) -> Result<String> {
     let options = Options::default();
-    let (model, _) = assemble::model(capture, shape::Shapes::default(), &options);
+    let model = assemble::model(capture, shape::Shapes::default(), &options);
     let segmented = interaction::segment(capture, &model, &options.interaction, notices)?;
     estimation::calibrate_friction(capture, &segmented, &options.estimation, notices)
 }

@@ -3,11 +3,14 @@
 mod assemble;
 mod build;
 mod calibrate;
+mod explore;
 mod options;
 mod pass;
 mod symmetries;
+mod touches;
 
 pub use build::{Run, build};
 pub use calibrate::calibrate_friction;
+pub use explore::{Exploration, ExploreOptions, Step, explore};
 pub use options::Options;
 pub use pass::Pass;

@@ -1,27 +1,17 @@
 //! What simulators need of a shape: fewer triangles, convex parts, a superquadric.
 
-use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::seat::seat_stacks;
 use super::{Config, ShapedObject, Shapes};
 use crate::base::Notices;
-use crate::geometry::{DecompositionConfig, convex_parts, is_closed_manifold, silhouette, simplify, superquadric_fit};
+use crate::geometry::{DecompositionConfig, convex_parts, is_closed_manifold, simplify, superquadric_fit};
 use crate::twin::Superquadric;
 
-/// Name, direction of view and upward direction of the principal views, world axes.
-const PRINCIPAL: [(&str, Vector3<f64>, Vector3<f64>); 3] = [
-    ("front", Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)),
-    ("side", Vector3::new(-1.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0)),
-    ("top", Vector3::new(0.0, 0.0, -1.0), Vector3::new(0.0, 1.0, 0.0)),
-];
 /// Triangles above which a mesh is simplified further, as far as noisy views allow.
 const MOST_TRIANGLES: usize = 20_000;
 /// How far such simplification may move a surface, voxels.
 const MOST_ERROR: f64 = 0.75;
-/// Pixels of the longer side of a silhouette.
-const PIXELS: usize = 256;
-
 /// Simplifies every mesh within a fraction of a voxel and adds its convex parts and superquadric.
 pub fn furnish(shapes: &mut Shapes, config: &Config, notices: &mut Notices) {
     shapes
@@ -59,8 +49,4 @@ fn furnish_one(object: &mut ShapedObject, config: &Config) {
         exponents: fit.exponents,
         pose: fit.pose,
     });
-    let back = object.world_from_link.rotation.inverse();
-    let views =
-        PRINCIPAL.map(|(name, look, up)| Some((name, silhouette(&object.mesh, back * look, back * up, PIXELS)?)));
-    object.silhouettes = views.into_iter().flatten().collect();
 }

@@ -1,6 +1,7 @@
 //! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
 
 mod anchor;
+mod belief;
 mod complete;
 mod config;
 mod discover;
@@ -8,7 +9,10 @@ mod free;
 mod furnish;
 mod fuse;
 mod fusion;
+mod gain;
 mod lens;
+mod next_view;
+mod principal;
 mod range;
 mod reconstruct;
 mod seat;
@@ -32,4 +36,7 @@ pub use config::Config;
 pub use free::FreeSpace;
 pub use furnish::furnish;
 pub use fusion::{Fusion, FusionConfig};
+pub use gain::Gain;
+pub use next_view::{Decision, NextView, NextViewConfig, ViewChoice};
+pub use principal::principal_views;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, reconstruct_with, seen_surface};

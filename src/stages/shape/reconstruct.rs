@@ -19,7 +19,7 @@ use super::volume::Volume;
 use super::walls::clear_walls;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
-use crate::geometry::{Field, Mesh, Silhouette, parse_mesh, simplify, submesh};
+use crate::geometry::{Field, Mesh, parse_mesh, simplify, submesh};
 use crate::twin::{Superquadric, SupportPlane, Symmetry};
 
 /// Most blocks of a sparse field: bounds its memory near 200 MB.
@@ -60,8 +60,6 @@ pub struct ShapedObject {
     pub collision: Vec<Mesh>,
     /// A superquadric that stands for the shape; left out here.
     pub superquadric: Option<Superquadric>,
-    /// Principal views: `front`, `side`, `top`, without perspective.
-    pub silhouettes: Vec<(&'static str, Silhouette)>,
 }
 
 /// Fuses the views, finds the table, separates the things, closes and colours their meshes.
@@ -342,7 +340,6 @@ fn place(anchor: Option<Pose>, name: String, mut mesh: Mesh, world_from_field: &
         seen,
         collision: Vec::new(),
         superquadric: None,
-        silhouettes: Vec::new(),
     }
 }
 
@@ -381,7 +378,6 @@ fn given_meshes(
             seen: 1.0,
             collision: Vec::new(),
             superquadric: None,
-            silhouettes: Vec::new(),
         });
     }
     Ok(objects)

@@ -110,7 +110,6 @@ mod tests {
             mesh,
             seen: 1.0,
             superquadric: None,
-            silhouettes: Vec::new(),
         }
     }
 

@@ -3,6 +3,7 @@
 mod check;
 mod check_action;
 mod dynamics;
+mod film;
 mod instruments;
 mod lathe;
 mod matter;
@@ -25,8 +26,8 @@ mod truth;
 pub use perform::{Performance, perform};
 pub use read::{parse_scene, read_scene};
 pub use scene::{
-    ActionSpec, BodySpec, BondSpec, CameraSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec, PairSpec,
-    Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
+    ActionSpec, BodySpec, BondSpec, CameraSpec, FilmSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec,
+    PairSpec, Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
 };
 pub use scenes::{scene_named, scenes};
 pub use solid::{ConvexPart, PartShape, Solid, build_solids};

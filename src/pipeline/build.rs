@@ -30,10 +30,13 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     let mut clock = PassClock::new(progress);
 
     let mut shapes = shape::Shapes::default();
+    let mut followed = None;
     if options.runs(Pass::Shape) {
         shapes = shape::reconstruct(capture, &options.shape, &mut notices)?;
+        followed = Some(shape::follow(capture, &mut shapes, &options.shape, &mut notices)?);
         shape::furnish(&mut shapes, &options.shape, &mut notices);
     }
+    let capture = followed.as_ref().map_or(capture, |f| f.capture.as_ref());
     let (mut model, pictures) = assemble::model(capture, shapes, options);
     clock.lap("shape");
 

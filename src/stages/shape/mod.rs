@@ -13,6 +13,7 @@ mod solid;
 mod split;
 mod support;
 mod surface;
+mod track;
 mod volume;
 mod walls;
 
@@ -27,3 +28,4 @@ pub use crate::geometry::{Mesh, Silhouette};
 pub use config::Config;
 pub use furnish::furnish;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};
+pub use track::{Following, VisualTrack, follow};

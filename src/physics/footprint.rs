@@ -104,6 +104,31 @@ impl Footprint {
         (area, Point2::from(moment / area))
     }
 
+    /// Points with their shares of the area, m²: 100 to each triangle of the fan about the first corner.
+    pub fn quadrature(&self) -> Vec<(Point2<f64>, f64)> {
+        const STEPS: usize = 10;
+        let origin = self.corners[0];
+        let mut points = Vec::new();
+        for (a, b) in self.edges() {
+            let weight = 0.5 * turn(&origin, a, b);
+            if weight <= 0.0 {
+                continue;
+            }
+            let cells = (STEPS * STEPS) as f64;
+            let at = |u: f64, v: f64| origin + (a - origin) * (u / STEPS as f64) + (b - origin) * (v / STEPS as f64);
+            let third = 1.0 / 3.0;
+            for i in 0..STEPS {
+                for j in 0..STEPS - i {
+                    points.push((at(i as f64 + third, j as f64 + third), weight / cells));
+                    if i + j + 1 < STEPS {
+                        points.push((at(i as f64 + 2.0 * third, j as f64 + 2.0 * third), weight / cells));
+                    }
+                }
+            }
+        }
+        points
+    }
+
     /// Mean distance of the polygon's points from `centre`: the torsional radius of uniform pressure
     /// (friction torque over friction force, Goyal, Ruina and Papadopoulos 1991), by a fan of triangles.
     pub fn mean_distance(&self, centre: &Point2<f64>) -> f64 {

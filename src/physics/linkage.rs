@@ -6,21 +6,11 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Isometry2, Isometry3, Matrix2xX, Point2, UnitQuaternion, Vector2, Vector3};
 
 use super::Footprint;
+use super::foot::{Foot, centre_of, foot, loaded};
 use super::quasistatic::Dissipator;
 use crate::base::Pose;
 use crate::geometry::Mesh;
-use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind};
-
-/// Where a link rubs on the table.
-#[derive(Clone, Debug)]
-pub struct Foot {
-    /// Kinetic friction force, N.
-    pub force: f64,
-    /// Friction torque over friction force, m.
-    pub radius: f64,
-    /// Centre of friction, plane frame at the start.
-    pub centre: Point2<f64>,
-}
+use crate::twin::{Body, Joint, JointKind, Model};
 
 #[derive(Clone, Debug)]
 enum Freedom {
@@ -42,6 +32,10 @@ struct PlaneLink {
     name: String,
     start: Isometry3<f64>,
     foot: Option<Foot>,
+    /// What hangs on this link without a foot of its own: its index and share of the load.
+    hanging: Vec<(usize, f64)>,
+    /// Centre of mass, plane frame at the start.
+    centre: Point2<f64>,
     outline: Option<Footprint>,
     moved: Isometry2<f64>,
 }
@@ -77,6 +71,8 @@ impl Linkage {
                 name: link.name.clone(),
                 start: pose,
                 foot: foot(link, mesh, &pose).map(|f| loaded(f, model, link)),
+                hanging: Vec::new(),
+                centre: centre_of(link, mesh, &pose),
                 outline: mesh.and_then(|m| slice(m, &pose, height)),
                 moved: Isometry2::identity(),
             });
@@ -85,6 +81,7 @@ impl Linkage {
         for joint in &body.joints {
             joints.push(plane_joint(joint, body, start, &turn)?);
         }
+        hang(&mut links, &joints, body);
         let anchored = body.links.first().is_some_and(|l| l.name == "world");
         let rubs = links.iter().any(|l| l.foot.is_some()) || anchored;
         rubs.then_some(Self {
@@ -172,14 +169,15 @@ impl Linkage {
         let mut all = Vec::new();
         for (i, link) in self.links.iter().enumerate() {
             if let Some(foot) = &link.foot {
-                let centre = link.moved.transform_point(&foot.centre);
-                let (linear, angular) = self.jacobian(i, &centre);
+                let (centre, radius) = self.loaded_at(link, foot);
+                let (linear, angular) = self.jacobian(i, &link.moved.transform_point(&centre));
                 let mut rows = DMatrix::zeros(3, n);
                 rows.rows_mut(0, 2).copy_from(&linear);
-                rows.row_mut(2).copy_from(&(angular.transpose() * foot.radius));
+                rows.row_mut(2).copy_from(&(angular.transpose() * radius));
                 all.push(Dissipator {
                     rows,
                     force: foot.force,
+                    creep: foot.creep,
                 });
             }
         }
@@ -189,9 +187,27 @@ impl Linkage {
             all.push(Dissipator {
                 rows,
                 force: joint.friction.max(1e-6),
+                creep: 0.0,
             });
         }
         all
+    }
+
+    /// Where the load of a foot acts, plane frame at the start, and its torsional radius: what hangs on the link
+    /// pulls the load to its side, wherever its joint has brought it.
+    fn loaded_at(&self, link: &PlaneLink, foot: &Foot) -> (Point2<f64>, f64) {
+        if link.hanging.is_empty() {
+            return (foot.centre, foot.radius);
+        }
+        let mut centre = foot.centre;
+        for (child, share) in &link.hanging {
+            let child = &self.links[*child];
+            let at = link
+                .moved
+                .inverse_transform_point(&child.moved.transform_point(&child.centre));
+            centre += (at - foot.centre) * *share;
+        }
+        foot.pressed_at(&centre)
     }
 
     /// Moves everything by a generalised velocity for `dt` seconds.
@@ -223,79 +239,6 @@ impl Linkage {
     }
 }
 
-/// What a link's friction is known to be; nothing where it does not rub on the table.
-fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<Foot> {
-    let force = link.friction_force.kinetic.as_ref()?.value;
-    let com = link.com.as_ref().map(|c| nalgebra::Point3::from(c.value));
-    let under = mesh.and_then(|m| underside(m, pose));
-    let centre = com
-        .map(|c| (pose * c).xy())
-        .or_else(|| under.as_ref().map(|u| u.area_centroid().1))
-        .unwrap_or_else(|| Point2::from(pose.translation.vector.xy()));
-    let radius = link
-        .friction
-        .torsional_radius
-        .as_ref()
-        .map(|c| c.value)
-        .or_else(|| under.map(|u| u.mean_distance(&centre)))
-        .unwrap_or(0.02);
-    Some(Foot { force, radius, centre })
-}
-
-/// What rides on a link presses it down: its friction is that of both.
-fn loaded(foot: Foot, model: &Model, link: &Link) -> Foot {
-    let extra: f64 = riders(model, &link.name)
-        .iter()
-        .filter_map(|name| rider_friction(model, link, name))
-        .sum();
-    Foot {
-        force: foot.force + extra,
-        ..foot
-    }
-}
-
-/// What a rider adds to the friction force of its carrier, N: the carrier's coefficient times its weight.
-fn rider_friction(model: &Model, carrier: &Link, rider: &str) -> Option<f64> {
-    let rider = model.twin.link(rider)?;
-    // Where only the sum of both was measured, the rider's share of it is written with the rider.
-    let shared = rider.friction_force.kinetic.as_ref().filter(|f| f.confounded.is_some());
-    if let Some(share) = shared {
-        return Some(share.value);
-    }
-    let own = carrier.friction_force.kinetic.as_ref()?.value;
-    let ratio = rider.mass.as_ref()?.value / carrier.mass.as_ref()?.value;
-    (ratio.is_finite() && ratio > 0.0).then_some(own * ratio)
-}
-
-/// The links that rest on `link`, and on those in turn.
-pub fn riders(model: &Model, link: &str) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
-    let mut carriers = vec![link.to_owned()];
-    while let Some(carrier) = carriers.pop() {
-        for relation in &model.twin.relations {
-            let upper = &relation.b;
-            if relation.kind == RelationKind::Resting && relation.a == carrier && !found.contains(upper) {
-                found.push(upper.clone());
-                carriers.push(upper.clone());
-            }
-        }
-    }
-    found
-}
-
-/// The torsional radius of uniform pressure over the underside of a mesh at `pose` (z up), m.
-pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
-    let under = underside(mesh, pose)?;
-    Some(under.mean_distance(&under.area_centroid().1))
-}
-
-/// The hull of what is within 3 mm of the lowest point.
-fn underside(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<Footprint> {
-    let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
-    let lowest = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-    Footprint::hull(points.iter().filter(|p| p.z < lowest + 0.003).map(|p| p.xy()).collect())
-}
-
 /// The hull of the cut at `height`.
 fn slice(mesh: &Mesh, pose: &Isometry3<f64>, height: f64) -> Option<Footprint> {
     let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
@@ -310,6 +253,24 @@ fn slice(mesh: &Mesh, pose: &Isometry3<f64>, height: f64) -> Option<Footprint> {
         }
     }
     Footprint::hull(cut)
+}
+
+/// The children without a foot hang on their parents: shares of the load by mass.
+fn hang(links: &mut [PlaneLink], joints: &[PlaneJoint], body: &Body) {
+    let mass = |i: usize| body.links[i].mass.as_ref().map_or(0.0, |m| m.value);
+    let hangs = |j: &&PlaneJoint| links[j.child].foot.is_none() && links[j.parent].foot.is_some();
+    let hanging: Vec<(usize, usize)> = joints.iter().filter(hangs).map(|j| (j.parent, j.child)).collect();
+    for (parent, child) in &hanging {
+        let all = mass(*parent)
+            + hanging
+                .iter()
+                .filter(|h| h.0 == *parent)
+                .map(|h| mass(h.1))
+                .sum::<f64>();
+        if all > 0.0 {
+            links[*parent].hanging.push((*child, mass(*child) / all));
+        }
+    }
 }
 
 fn plane_joint(

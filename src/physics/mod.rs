@@ -2,6 +2,7 @@
 //! cannot peek at what it must predict.
 
 mod action;
+mod foot;
 mod footprint;
 mod lift;
 mod linkage;
@@ -11,9 +12,10 @@ mod quasistatic;
 mod tilt;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
+pub use foot::{Foot, uniform_torsional_radius};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
-pub use linkage::{Foot, Linkage, uniform_torsional_radius};
+pub use linkage::Linkage;
 pub use press::{Press, predict_press};
 pub use push::{PushPrediction, predict_push};
 pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Vector2, Vector3};
 
-use super::linkage::riders;
+use super::foot::riders;
 use super::{Action, Contact, Hold, Linkage, Prediction, solve_contact};
 use crate::base::Pose;
 use crate::twin::Model;

@@ -14,6 +14,8 @@ pub struct Dissipator {
     pub rows: DMatrix<f64>,
     /// Friction force, N (or N·m for a revolute joint with rows in rad/s).
     pub force: f64,
+    /// Speed below which friction is viscous, m/s (rad/s): less than the full force lets it creep, it never holds.
+    pub creep: f64,
 }
 
 /// The tool's contact: the velocity of the touched material point is `jacobian q'`.
@@ -72,7 +74,11 @@ enum Mode {
 fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSolution {
     let n = contact.jacobian.ncols();
     let mut velocity = DVector::from_element(n, 0.0);
-    let mut speeds = vec![contact.tool_velocity.norm().max(STUCK); dissipators.len()];
+    let least = |element: &Dissipator| element.creep.max(STUCK);
+    let mut speeds: Vec<f64> = dissipators
+        .iter()
+        .map(|e| contact.tool_velocity.norm().max(least(e)))
+        .collect();
     let mut force = Vector2::zeros();
     for _ in 0..PASSES {
         let mut weight = DMatrix::from_diagonal_element(n, n, 1e-9);
@@ -83,7 +89,7 @@ fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSo
         let before = velocity.clone();
         (velocity, force) = balance(&inverse, contact, mode);
         for (element, speed) in dissipators.iter().zip(&mut speeds) {
-            *speed = (&element.rows * &velocity).norm().max(STUCK);
+            *speed = (&element.rows * &velocity).norm().max(least(element));
         }
         if (&velocity - before).norm() <= 1e-7 * velocity.norm() {
             break;
@@ -129,7 +135,14 @@ mod tests {
             friction,
             bilateral: false,
         };
-        (vec![Dissipator { rows, force: fmax }], contact)
+        (
+            vec![Dissipator {
+                rows,
+                force: fmax,
+                creep: 0.0,
+            }],
+            contact,
+        )
     }
 
     #[test]

@@ -133,6 +133,7 @@ fn rows(link: &Link) -> String {
     add("Coefficient of friction, kinetic", &link.friction.kinetic);
     add("Coefficient of friction, tool", &link.friction.tool);
     add("Torsional radius of friction", &link.friction.torsional_radius);
+    add("Creep below", &link.friction.creep_speed);
     add("Rolling resistance", &link.friction.rolling);
     add("Restitution", &link.restitution);
     add("Stiffness where pressed", &link.stiffness);

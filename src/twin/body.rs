@@ -103,6 +103,9 @@ pub struct Friction {
     /// Ratio of the largest friction torque to the largest friction force, m (limit surface).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsional_radius: Option<Estimate>,
+    /// Slip speed below which friction grows with speed instead of holding still, m/s; absent where it holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub creep_speed: Option<Estimate>,
     /// Against the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<Estimate>,
@@ -116,9 +119,10 @@ impl Friction {
             kinetic,
             rolling,
             torsional_radius,
+            creep_speed,
             tool,
         } = self;
-        [static_, kinetic, rolling, torsional_radius, tool]
+        [static_, kinetic, rolling, torsional_radius, creep_speed, tool]
             .iter()
             .all(|e| e.is_none())
     }

@@ -120,6 +120,7 @@ impl Link {
             ("friction.kinetic", &self.friction.kinetic),
             ("friction.rolling", &self.friction.rolling),
             ("friction.torsional_radius", &self.friction.torsional_radius),
+            ("friction.creep_speed", &self.friction.creep_speed),
             ("friction.tool", &self.friction.tool),
             ("restitution", &self.restitution),
             ("stiffness", &self.stiffness),

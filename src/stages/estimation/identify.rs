@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Config;
 use super::body::{fill_inertial, write_centre, write_presses};
+use super::chain::fit_chains;
 use super::facts::{Facts, Ground, gather, ground_of};
 use super::finger::fit_fingers;
 use super::joint::joint_dynamics;
@@ -43,6 +44,7 @@ pub fn identify(
         }
     }
     joint_dynamics(capture, segmented, model, &ground, config, notices);
+    fit_chains(capture, segmented, model, notices);
     fit_fingers(capture, segmented, model);
     Ok(())
 }

@@ -3,6 +3,8 @@
 mod action;
 mod body;
 mod calibrate;
+mod chain;
+mod chain_trial;
 mod config;
 mod drag;
 mod evidence;

@@ -1,11 +1,11 @@
 //! A push replayed by the forward model, with the offset between mesh and touched surface fitted anew.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::action::{first_rest, rest_pose};
-use crate::capture::{Interaction, Segmented};
-use crate::math::median;
-use crate::physics::{Action, Hold, PushPrediction, predict_push};
+use crate::capture::{Interaction, PhaseKind, Segmented};
+use crate::math::{interpolate, median};
+use crate::physics::{Action, Hold, Linkage, PushPrediction, predict_push};
 use crate::twin::Model;
 
 /// The reconstructed surface may be off by this much, m.
@@ -40,6 +40,13 @@ pub fn replay_push(
     if action.tool.hold != Hold::Push {
         return Some((gap, found));
     }
+    let jointed = model.twin.body_of(&action.target).is_some_and(|b| b.links.len() > 1);
+    if let Some(touched) = segmented
+        .filter(|_| jointed)
+        .and_then(|cut| gap_at_touch(model, cut, action))
+    {
+        return Some((touched, predict_push(model, action, touched)?));
+    }
     let Some(measured) = travel_of_track(interaction, segmented, action, &direction) else {
         return Some((gap, found));
     };
@@ -50,6 +57,27 @@ pub fn replay_push(
         found = predict_push(model, action, gap)?;
     }
     Some((gap, found))
+}
+
+/// How far behind the mesh the tool was when its force began to rise, m; how far a link of several travels
+/// depends on too much else.
+pub(super) fn gap_at_touch(model: &Model, cut: &Segmented, action: &Action) -> Option<f64> {
+    let touch = cut
+        .phases
+        .iter()
+        .find(|p| matches!(p.kind, PhaseKind::Stick | PhaseKind::Slide))?;
+    let axis = |k: usize| {
+        let values: Vec<f64> = action.tool.position.iter().map(|p| p[k]).collect();
+        interpolate(&action.tool.time, &values, touch.start)
+    };
+    let tool = Point3::new(axis(0)?, axis(1)?, axis(2)?);
+    let normal = action.normal.into_inner();
+    let height = action.tool.position.first()?.coords.dot(&normal);
+    let body = model.twin.body_of(&action.target)?;
+    let linkage = Linkage::new(model, body, &action.start, &normal, height)?;
+    let (outline, moved) = linkage.outline(linkage.index(&action.target)?)?;
+    let gap = action.tool.radius - outline.nearest(moved, &linkage.flatten(&tool)).distance;
+    (gap.abs() < LARGEST_GAP).then_some(gap)
 }
 
 fn travel_of_track(

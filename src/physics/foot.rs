@@ -1,0 +1,205 @@
+//! What a link stands on: where its friction acts, how strong it is and how it resists turning.
+
+use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
+
+use super::Footprint;
+use crate::geometry::Mesh;
+use crate::twin::{Link, Model, RelationKind};
+
+/// Where a link rubs on the table.
+#[derive(Clone, Debug)]
+pub struct Foot {
+    /// Kinetic friction force, N.
+    pub force: f64,
+    /// Friction torque over friction force, m.
+    pub radius: f64,
+    /// Centre of friction, plane frame at the start.
+    pub centre: Point2<f64>,
+    /// Speed below which its friction is viscous, m/s.
+    pub creep: f64,
+    /// What it stands on, plane frame at the start.
+    under: Option<Footprint>,
+}
+
+impl Foot {
+    /// Centre and torsional radius where the load acts at `centre` (plane frame at the start): pressure that is
+    /// linear over the footprint and nowhere negative. The radius keeps the ratio that this foot's has to that of
+    /// uniform pressure.
+    pub fn pressed_at(&self, centre: &Point2<f64>) -> (Point2<f64>, f64) {
+        let Some(under) = &self.under else {
+            return (*centre, self.radius);
+        };
+        let points = under.quadrature();
+        let (uniform, at) = (under.mean_distance(&self.centre), press(&points, centre));
+        let (reached, radius) = at;
+        (reached, self.radius * radius / uniform.max(1e-6))
+    }
+}
+
+/// The centre of pressure that a footprint can reach towards `wanted`, and the mean distance of the pressure from it.
+fn press(points: &[(Point2<f64>, f64)], wanted: &Point2<f64>) -> (Point2<f64>, f64) {
+    let area: f64 = points.iter().map(|p| p.1).sum();
+    let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
+    let mut slope = Vector2::zeros();
+    let (mut reached, mut radius) = (middle, 0.0);
+    // Newton on the slope: where pressure is clipped at zero only the pressed part answers to it.
+    for _ in 0..20 {
+        let pressed = pressed_points(points, &middle, &slope);
+        let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
+        reached = Point2::from(pressed.iter().map(|(p, _, f)| p.coords * *f).sum::<Vector2<f64>>() / load);
+        radius = pressed.iter().map(|(p, _, f)| f * (p - reached).norm()).sum::<f64>() / load;
+        let missing = wanted - reached;
+        if missing.norm() < 1e-5 {
+            break;
+        }
+        let answer = pressed
+            .iter()
+            .map(|(p, w, _)| (p - reached) * (p - middle).transpose() * *w)
+            .sum::<Matrix2<f64>>()
+            / load;
+        match answer.try_inverse() {
+            Some(inverse) => slope += limited(inverse * missing, 0.5 * slope.norm() + 20.0),
+            None => break,
+        }
+    }
+    (reached, radius)
+}
+
+/// Where the pressure `1 + slope·(p − middle)` is positive: point, area, load.
+fn pressed_points(
+    points: &[(Point2<f64>, f64)],
+    middle: &Point2<f64>,
+    slope: &Vector2<f64>,
+) -> Vec<(Point2<f64>, f64, f64)> {
+    let load = |p: &Point2<f64>| 1.0 + slope.dot(&(p - middle));
+    let with_load = points.iter().map(|(p, w)| (*p, *w, w * load(p)));
+    with_load.filter(|p| p.2 > 0.0).collect()
+}
+
+fn limited(step: Vector2<f64>, most: f64) -> Vector2<f64> {
+    step * (most / step.norm().max(most))
+}
+
+/// What a link's friction is known to be; nothing where it does not rub on the table.
+pub fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<Foot> {
+    let force = link.friction_force.kinetic.as_ref()?.value;
+    let com = link.com.as_ref().map(|c| nalgebra::Point3::from(c.value));
+    let under = mesh.and_then(|m| underside(m, pose));
+    let centre = com
+        .map(|c| (pose * c).xy())
+        .or_else(|| under.as_ref().map(|u| u.area_centroid().1))
+        .unwrap_or_else(|| Point2::from(pose.translation.vector.xy()));
+    let radius = link
+        .friction
+        .torsional_radius
+        .as_ref()
+        .map(|c| c.value)
+        .or_else(|| under.as_ref().map(|u| u.mean_distance(&centre)))
+        .unwrap_or(0.02);
+    Some(Foot {
+        force,
+        radius,
+        centre,
+        creep: link.friction.creep_speed.as_ref().map_or(0.0, |v| v.value),
+        under,
+    })
+}
+
+/// The centre of mass of a link in the plane, as known, else of its underside.
+pub fn centre_of(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Point2<f64> {
+    let known = link.com.as_ref().map(|c| (pose * nalgebra::Point3::from(c.value)).xy());
+    known
+        .or_else(|| Some(underside(mesh?, pose)?.area_centroid().1))
+        .unwrap_or_else(|| Point2::from(pose.translation.vector.xy()))
+}
+
+/// What rides on a link presses it down: its friction is that of both.
+pub fn loaded(foot: Foot, model: &Model, link: &Link) -> Foot {
+    let extra: f64 = riders(model, &link.name)
+        .iter()
+        .filter_map(|name| rider_friction(model, link, name))
+        .sum();
+    Foot {
+        force: foot.force + extra,
+        ..foot
+    }
+}
+
+/// What a rider adds to the friction force of its carrier, N: the carrier's coefficient times its weight.
+fn rider_friction(model: &Model, carrier: &Link, rider: &str) -> Option<f64> {
+    let rider = model.twin.link(rider)?;
+    // Where only the sum of both was measured, the rider's share of it is written with the rider.
+    let shared = rider.friction_force.kinetic.as_ref().filter(|f| f.confounded.is_some());
+    if let Some(share) = shared {
+        return Some(share.value);
+    }
+    let own = carrier.friction_force.kinetic.as_ref()?.value;
+    let ratio = rider.mass.as_ref()?.value / carrier.mass.as_ref()?.value;
+    (ratio.is_finite() && ratio > 0.0).then_some(own * ratio)
+}
+
+/// The links that rest on `link`, and on those in turn.
+pub fn riders(model: &Model, link: &str) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    let mut carriers = vec![link.to_owned()];
+    while let Some(carrier) = carriers.pop() {
+        for relation in &model.twin.relations {
+            let upper = &relation.b;
+            if relation.kind == RelationKind::Resting && relation.a == carrier && !found.contains(upper) {
+                found.push(upper.clone());
+                carriers.push(upper.clone());
+            }
+        }
+    }
+    found
+}
+
+/// The torsional radius of uniform pressure over the underside of a mesh at `pose` (z up), m.
+pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
+    let under = underside(mesh, pose)?;
+    Some(under.mean_distance(&under.area_centroid().1))
+}
+
+/// The hull of what is within 3 mm of the lowest point.
+fn underside(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<Footprint> {
+    let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
+    let lowest = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    Footprint::hull(points.iter().filter(|p| p.z < lowest + 0.003).map(|p| p.xy()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Footprint {
+        let s = 0.05;
+        let points = [(-s, -s), (s, -s), (s, s), (-s, s)];
+        Footprint::hull(points.iter().map(|(x, y)| Point2::new(*x, *y)).collect()).expect("a square")
+    }
+
+    #[test]
+    fn the_load_is_brought_where_it_is_wanted_and_narrows_there() {
+        let under = square();
+        let uniform = under.mean_distance(&Point2::origin());
+        let foot = Foot {
+            force: 1.0,
+            radius: 1.1 * uniform,
+            centre: Point2::origin(),
+            creep: 0.0,
+            under: Some(under),
+        };
+        let (still, radius) = foot.pressed_at(&Point2::origin());
+        assert!(
+            still.coords.norm() < 1e-4 && (radius / foot.radius - 1.0).abs() < 0.02,
+            "{radius}"
+        );
+        for x in [0.01, 0.025, 0.035] {
+            let (reached, narrowed) = foot.pressed_at(&Point2::new(x, 0.0));
+            assert!(
+                (reached.x - x).abs() < 2e-3 && reached.y.abs() < 2e-4,
+                "{reached} for {x}"
+            );
+            assert!(narrowed < radius, "{narrowed}");
+        }
+    }
+}

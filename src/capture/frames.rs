@@ -43,6 +43,7 @@ pub(super) fn read_frames(
         depth: Vec::new(),
         color: Vec::new(),
         poses: if moving { Some(read_poses(&table, false)?) } else { None },
+        taken: Vec::new(),
     };
     if let Some(seven) = frames.pose {
         out.world_from_camera = Some(pose_of(&folder.json, &format!("{place}.pose"), seven)?);
@@ -71,6 +72,9 @@ pub(super) fn read_frames(
 /// # Errors
 /// [`Error::Usage`] where there is no such image, [`Error::BadInput`] where the file is damaged.
 pub fn read_frame(capture: &Capture, frames: &Frames, i: usize) -> Result<(DepthImage, Option<ColorImage>)> {
+    if let Some(image) = frames.taken.get(i) {
+        return Ok(image.clone());
+    }
     let (Some(depth), Some(camera)) = (frames.depth.get(i), capture.cameras.get(frames.camera)) else {
         return Err(Error::Usage(format!(
             "there are {} frames, and no frame {i}",

@@ -355,6 +355,15 @@ pub struct Frames {
     pub color: Vec<Option<PathBuf>>,
     /// Where the camera stood at each frame, if it moved.
     pub poses: Option<PoseStream>,
+    /// The images themselves where they never were in files; empty where `depth` says where they are.
+    pub taken: Vec<(DepthImage, Option<ColorImage>)>,
+}
+
+impl Frames {
+    /// World-from-camera at frame `i`.
+    pub fn pose(&self, i: usize) -> Option<Pose> {
+        self.world_from_camera.or_else(|| self.poses.as_ref()?.pose(i))
+    }
 }
 
 impl Capture {

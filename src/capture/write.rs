@@ -240,6 +240,13 @@ impl Writer<'_> {
     fn frames(&mut self, folder: &str, frames: &Frames) -> Result<FramesJson> {
         let mut depth = Vec::new();
         let mut color = Vec::new();
+        for (i, (taken, seen)) in frames.taken.iter().enumerate() {
+            let grey = grey16_png(taken.width, taken.height, &taken.counts)?;
+            depth.push(self.put(&format!("{folder}/frames/{i:06}.depth.png"), &grey)?);
+            let rgb = seen.as_ref().map(color_png).transpose()?;
+            let put = |png: Vec<u8>| self.put(&format!("{folder}/frames/{i:06}.color.png"), &png);
+            color.push(rgb.map(put).transpose()?);
+        }
         for (i, path) in frames.depth.iter().enumerate() {
             depth.push(self.put(&format!("{folder}/frames/{i:06}.depth.png"), &read_bytes(path)?)?);
             let seen = frames.color.get(i).and_then(Option::as_ref);
@@ -262,7 +269,8 @@ fn columns_match(x: &Interaction) -> bool {
         |s: &WrenchStream| s.force.len() == s.time.len() && s.torque.as_ref().is_none_or(|t| t.len() == s.time.len());
     let frames = |f: &Frames| {
         let rows = f.time.len();
-        f.depth.len() == rows && f.color.len() == rows && f.poses.as_ref().is_none_or(|p| p.len() == rows && poses(p))
+        (f.taken.len() == rows || f.depth.len() == rows && f.color.len() == rows)
+            && f.poses.as_ref().is_none_or(|p| p.len() == rows && poses(p))
     };
     x.force.as_ref().is_none_or(wrench)
         && x.tool_path.iter().chain(x.tracks.values()).all(poses)

@@ -35,7 +35,12 @@ pub(super) fn check(scene: &Scene, file: &Path) -> Result<()> {
         checker.two(&format!("pair[{i}]"), a, b)?;
         checker.friction(&format!("pair[{i}].friction"), *friction)?;
     }
-    checker.camera(&scene.camera)?;
+    checker.camera("camera", &scene.camera)?;
+    if let Some(film) = &scene.film {
+        checker.within("film.rate", film.rate, 0.5, 240.0)?;
+        checker.within("film.azimuth", film.azimuth, -360.0, 360.0)?;
+        checker.camera("film", &film.lens())?;
+    }
     checker.noise(&scene.noise)?;
     checker.unique("action", scene.action.iter().map(super::ActionSpec::name))?;
     for (i, action) in scene.action.iter().enumerate() {
@@ -278,23 +283,23 @@ impl Checker<'_> {
         }
     }
 
-    fn camera(&self, camera: &CameraSpec) -> Result<()> {
+    fn camera(&self, key: &str, camera: &CameraSpec) -> Result<()> {
         if camera.views == 0 {
             return Ok(());
         }
-        for (key, size) in [("width", camera.width), ("height", camera.height)] {
-            self.within(&format!("camera.{key}"), f64::from(size), 8.0, 4096.0)?;
+        for (side, size) in [("width", camera.width), ("height", camera.height)] {
+            self.within(&format!("{key}.{side}"), f64::from(size), 8.0, 4096.0)?;
         }
-        self.positive("camera.focal", camera.focal)?;
-        self.within("camera.distance", camera.distance, 0.2, 3.0)?;
-        self.finite("camera.target", camera.target)?;
-        self.not_negative("camera.depth_sd", camera.depth_sd)?;
-        self.within("camera.flying", camera.flying, 0.0, 1.0)?;
+        self.positive(&format!("{key}.focal"), camera.focal)?;
+        self.within(&format!("{key}.distance"), camera.distance, 0.2, 3.0)?;
+        self.finite(&format!("{key}.target"), camera.target)?;
+        self.not_negative(&format!("{key}.depth_sd"), camera.depth_sd)?;
+        self.within(&format!("{key}.flying"), camera.flying, 0.0, 1.0)?;
         if camera.elevations.is_empty() {
-            return self.refuse("camera.elevations", "none", "at least one ring");
+            return self.refuse(&format!("{key}.elevations"), "none", "at least one ring");
         }
         for (k, elevation) in camera.elevations.iter().enumerate() {
-            self.within(&format!("camera.elevations[{k}]"), *elevation, 1.0, 89.0)?;
+            self.within(&format!("{key}.elevations[{k}]"), *elevation, 1.0, 89.0)?;
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 mod check;
 mod check_action;
 mod dynamics;
+mod film;
 mod instruments;
 mod lathe;
 mod matter;
@@ -27,8 +28,8 @@ pub use perform::{Performance, perform};
 pub use read::{parse_scene, read_scene};
 pub use robot::LabRig;
 pub use scene::{
-    ActionSpec, BodySpec, BondSpec, CameraSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec, PairSpec,
-    Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
+    ActionSpec, BodySpec, BondSpec, CameraSpec, FilmSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec,
+    PairSpec, Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
 };
 pub use scenes::{scene_named, scenes};
 pub use solid::{ConvexPart, PartShape, Solid, build_solids};

@@ -40,7 +40,7 @@ pub struct Performance {
     pub tool_pose: Vec<Pose>,
     /// s.
     pub track_time: Vec<f64>,
-    /// World-from-body at `track_time` of all tracked bodies that take part.
+    /// World-from-body at `track_time` of all bodies that take part, tracked by an instrument or not.
     pub tracks: BTreeMap<String, Vec<Pose>>,
     /// The support's normal at `track_time`, world axes; empty unless the support was tilted.
     pub support_normal: Vec<UnitVector3<f64>>,
@@ -103,10 +103,9 @@ impl<'a> Stage<'a> {
         };
         let mut world = World::new(scene, solids, &names);
         settle(&mut world, dt);
-        let tracked = |i: &usize| scene.body.iter().any(|b| b.name == world.names[*i] && b.tracked);
         Self {
             script,
-            tracked: (0..world.names.len()).filter(tracked).collect(),
+            tracked: (0..world.names.len()).collect(),
             hand: script
                 .wielding
                 .as_ref()

@@ -23,21 +23,28 @@ const COLOR_SD: f64 = 1.5;
 /// Takes the view of number `index` from `world_from_camera`.
 pub(super) fn take(stage: &Stage, spec: &CameraSpec, camera: &Camera, pose: &Pose, index: usize, seed: Seed) -> View {
     let mut rng = rng_for(seed, &format!("view {index}"));
-    let hits = shoot_all(stage, camera, pose, &mut rng);
+    let mut view = shot(stage, spec, camera, pose, &mut rng);
+    view.time = 0.1 * index as f64;
+    view
+}
+
+/// One image with its dice, at time zero.
+pub(super) fn shot(stage: &Stage, spec: &CameraSpec, camera: &Camera, pose: &Pose, rng: &mut ChaCha8Rng) -> View {
+    let hits = shoot_all(stage, camera, pose, rng);
     let depths: Vec<f64> = hits.iter().map(|hit| hit.map_or(f64::NAN, |h| h.distance)).collect();
     let counts = (0..hits.len())
-        .map(|i| reading(spec, camera, &depths, &hits, i, pose, &mut rng))
+        .map(|i| reading(spec, camera, &depths, &hits, i, pose, rng))
         .collect();
     let (width, height) = (camera.width, camera.height);
     View {
         camera: 0,
-        time: 0.1 * index as f64,
+        time: 0.0,
         world_from_camera: *pose,
         depth: DepthImage { width, height, counts },
         color: Some(ColorImage {
             width,
             height,
-            rgb: hits.iter().map(|hit| color(hit, &mut rng)).collect(),
+            rgb: hits.iter().map(|hit| color(hit, rng)).collect(),
         }),
         labels: spec.labels.then(|| LabelImage {
             width,

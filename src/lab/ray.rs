@@ -7,8 +7,9 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::query::Ray;
 use parry3d_f64::shape::{CompositeShapeRef, TriMesh};
 
+use super::surface::append;
 use super::{Scene, Solid};
-use crate::base::{Error, Result};
+use crate::base::{Error, Pose, Result};
 use crate::geometry::Mesh;
 
 /// Half the edge length of the table top, m.
@@ -16,6 +17,8 @@ const TABLE_HALF: f64 = 0.5;
 /// Where the light comes from, and how much of it is everywhere.
 const LIGHT: [f64; 3] = [0.35, -0.45, 0.82];
 const AMBIENT: f64 = 0.45;
+/// sRGB of a tool.
+const TOOL_COLOR: [u8; 3] = [60, 60, 64];
 
 /// All surfaces in one tree, with what is needed to shade them.
 pub(super) struct Stage {
@@ -42,20 +45,35 @@ pub(super) struct Hit {
 impl Stage {
     /// The scene at its first view.
     pub fn new(scene: &Scene, solids: &BTreeMap<String, Solid>) -> Result<Self> {
+        let poses = solids.values().map(|s| (s.name.clone(), s.world_from_body)).collect();
+        Self::posed(scene, solids, &poses, None)
+    }
+
+    /// The scene with its bodies where `poses` says, and a further surface, in world coordinates, of a tool.
+    pub fn posed(
+        scene: &Scene,
+        solids: &BTreeMap<String, Solid>,
+        poses: &BTreeMap<String, Pose>,
+        tool: Option<Mesh>,
+    ) -> Result<Self> {
         let mut whole = Mesh::default();
         let mut owners = Vec::new();
         for (i, body) in scene.body.iter().enumerate() {
-            let Some(solid) = solids.get(&body.name) else {
+            let (Some(solid), Some(world_from_body)) = (solids.get(&body.name), poses.get(&body.name)) else {
                 continue;
             };
             let offset = whole.vertices.len() as u32;
             whole
                 .vertices
-                .extend(solid.mesh.vertices.iter().map(|v| solid.world_from_body.0 * v));
+                .extend(solid.mesh.vertices.iter().map(|v| world_from_body.0 * v));
             whole
                 .triangles
                 .extend(solid.mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
             owners.resize(whole.triangles.len(), i as u16 + 1);
+        }
+        if let Some(tool) = tool {
+            append(&mut whole, &tool);
+            owners.resize(whole.triangles.len(), scene.body.len() as u16 + 1);
         }
         let normals = (0..whole.triangles.len())
             .map(|i| whole.scaled_normal(i).normalize())
@@ -69,7 +87,7 @@ impl Stage {
             surfaces,
             normals,
             owners,
-            colors: scene.body.iter().map(|b| b.color).collect(),
+            colors: scene.body.iter().map(|b| b.color).chain([TOOL_COLOR]).collect(),
             table_center: [scene.camera.target[0], scene.camera.target[1]],
         })
     }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 use rand::Rng;
 
-use super::CameraSpec;
+use super::{CameraSpec, FilmSpec};
 use crate::base::{Pose, Seed, rng_for};
 use crate::capture::Camera;
 
@@ -51,6 +51,14 @@ pub(super) fn poses(spec: &CameraSpec, seed: Seed) -> Vec<Pose> {
         }
     }
     poses
+}
+
+/// The still camera that films.
+pub(super) fn film_pose(spec: &FilmSpec) -> Pose {
+    let (up, out) = spec.elevation.to_radians().sin_cos();
+    let (s, c) = spec.azimuth.to_radians().sin_cos();
+    let target = Point3::from(spec.target);
+    looking(target + Vector3::new(out * c, out * s, up) * spec.distance, target)
 }
 
 /// Shares the views among the rings by their circumference; none goes empty while there are views enough.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use super::instruments::{CameraSpec, NoiseSpec};
+pub use super::instruments::{CameraSpec, FilmSpec, NoiseSpec};
 pub use super::script::{ActionSpec, ToolSpec};
 
 /// A made-up tabletop with the script of what is done to it.
@@ -33,6 +33,9 @@ pub struct Scene {
     /// The camera rig.
     #[serde(default)]
     pub camera: CameraSpec,
+    /// A camera that films the actions; absent = none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub film: Option<FilmSpec>,
     /// The sensors.
     #[serde(default)]
     pub noise: NoiseSpec,

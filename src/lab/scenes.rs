@@ -15,6 +15,9 @@ macro_rules! scene {
 const SCENES: &[(&str, &str)] = &[
     scene!("demo"),
     scene!("drawer"),
+    scene!("filmed-drawer"),
+    scene!("filmed-hinge"),
+    scene!("filmed-lid"),
     scene!("foam"),
     scene!("glued-stack"),
     scene!("hinge"),

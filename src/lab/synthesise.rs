@@ -6,6 +6,7 @@ use std::path::Path;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use super::film::film;
 use super::obj::write_obj;
 use super::range_camera;
 use super::ray::Stage;
@@ -48,17 +49,26 @@ pub fn synthesise(scene: &Scene, base: &Path, seed: Seed, progress: &Progress) -
     let (truth, mut files) = truth(scene, &solids);
     let text = serde_json::to_string_pretty(&truth).map_err(|e| Error::Failed(format!("{TRUTH}: {e}")))?;
     files.insert(0, (TRUTH.into(), (text + "\n").into_bytes()));
+    let mut cameras = Vec::new();
+    if !views.is_empty() {
+        cameras.push(rig::camera(&scene.camera, scene.noise.stated));
+    }
+    let mut interactions = record(scene, &performances, views.len(), seed);
+    if let Some(spec) = &scene.film {
+        let mut camera = rig::camera(&spec.lens(), scene.noise.stated);
+        camera.name = "film".into();
+        cameras.push(camera);
+        for (interaction, (performance, start)) in interactions.iter_mut().zip(&starts(&performances, views.len())) {
+            interaction.frames = film(scene, &solids, (performance, *start), (spec, &cameras), seed)?;
+        }
+    }
     let capture = Capture {
         root: base.to_path_buf(),
         name: scene.name.clone(),
         gravity: Vector3::from(scene.gravity),
         support: (!scene.support.hidden).then(|| support(scene)),
-        cameras: if views.is_empty() {
-            Vec::new()
-        } else {
-            vec![rig::camera(&scene.camera, scene.noise.stated)]
-        },
-        interactions: record(scene, &performances, views.len(), seed),
+        cameras,
+        interactions,
         views,
         bodies: known_beforehand(scene, &solids),
         noise: sensors::stated(&scene.noise),
@@ -93,18 +103,26 @@ fn take_views(scene: &Scene, solids: &BTreeMap<String, Solid>, seed: Seed, progr
     Ok(views.collect())
 }
 
-/// The interactions on one clock: each starts after the one before.
-fn record(scene: &Scene, performances: &[Performance], views: usize, seed: Seed) -> Vec<Interaction> {
+/// When each performance starts on the one clock: after the one before.
+fn starts(performances: &[Performance], views: usize) -> Vec<(&Performance, f64)> {
     let mut start = (0.1 * views as f64).ceil() + 1.0;
-    let mut interactions = Vec::with_capacity(performances.len());
+    let mut out = Vec::with_capacity(performances.len());
     for performance in performances {
+        out.push((performance, start));
+        let last = |times: &[f64]| times.last().copied().unwrap_or(0.0);
+        start += last(&performance.force_time).max(last(&performance.track_time)) + PAUSE;
+    }
+    out
+}
+
+fn record(scene: &Scene, performances: &[Performance], views: usize, seed: Seed) -> Vec<Interaction> {
+    let mut interactions = Vec::with_capacity(performances.len());
+    for (performance, start) in starts(performances, views) {
         let mut interaction = sensors::record(performance, &scene.noise, start, seed);
         interaction
             .tracks
             .retain(|name, _| scene.body.iter().any(|b| b.name == *name && b.tracked));
         interactions.push(interaction);
-        let last = |times: &[f64]| times.last().copied().unwrap_or(0.0);
-        start += last(&performance.force_time).max(last(&performance.track_time)) + PAUSE;
     }
     interactions
 }

@@ -32,10 +32,13 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
 
     let symmetries = Symmetries::new(capture, options);
     let mut shapes = shape::Shapes::default();
+    let mut followed = None;
     if options.runs(Pass::Shape) {
         shapes = shape::reconstruct_with(capture, &options.shape, &symmetries.finder(), &mut notices)?;
+        followed = Some(shape::follow(capture, &mut shapes, &options.shape, &mut notices)?);
         shape::furnish(&mut shapes, &options.shape, &mut notices);
     }
+    let capture = followed.as_ref().map_or(capture, |f| f.capture.as_ref());
     let mut model = assemble::model(capture, shapes, options);
     clock.lap("shape");
 

@@ -133,6 +133,7 @@ pub fn good(images: &Path) -> Capture {
         time: vec![0.0, 0.1],
         depth: vec![images.join("a.png"), images.join("b.png")],
         color: vec![None, Some(images.join("c.png"))],
+        taken: Vec::new(),
         poses: None,
     });
     let friction = SupportFriction {

@@ -20,6 +20,7 @@ mod solid;
 mod split;
 mod support;
 mod surface;
+mod track;
 mod volume;
 mod walls;
 
@@ -40,3 +41,4 @@ pub use gain::Gain;
 pub use next_view::{Decision, NextView, NextViewConfig, ViewChoice};
 pub use principal::principal_views;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, reconstruct_with, seen_surface};
+pub use track::{Following, VisualTrack, follow};

@@ -1,0 +1,13 @@
+//! Bodies followed through images, and parts told apart by how they move.
+
+mod align;
+mod cut;
+mod divide;
+mod follow;
+mod foreign;
+mod parts;
+mod picture;
+mod surfels;
+mod verb;
+
+pub use verb::{Following, VisualTrack, follow};

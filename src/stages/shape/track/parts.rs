@@ -1,0 +1,309 @@
+//! Rigid parts of one thing told apart by how they move: motion segmentation of its surface.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::cut::Graph;
+use super::follow::{Followed, Run, follow_through};
+use super::foreign::Foreign;
+use super::picture::{Picture, Verdict};
+use super::surfels::{Surfels, smooth_normals};
+use crate::base::Result;
+use crate::capture::{Capture, Frames, Interaction, read_frame};
+use crate::geometry::{Mesh, UnionFind, number_sets, unique_edges};
+use crate::twin::SupportPlane;
+
+/// A thing is taken apart where more of its surface than this share, and than so many points, is not where one rigid
+/// body would have it.
+const LEAST_SHARE: f64 = 0.03;
+const LEAST_POINTS: usize = 60;
+/// Parts must come apart by this, m.
+const LEAST_MOTION: f64 = 0.005;
+/// Images of one interaction that are asked.
+const MOST_IMAGES: usize = 24;
+/// Cost of a border between neighbouring points of a smooth surface, and at a crease, in images' votes.
+const BORDER: f64 = 0.35;
+const CREASE: f64 = 0.06;
+/// Rounds of labels and motions.
+const ROUNDS: usize = 3;
+
+/// An interaction that was filmed.
+pub struct Filmed<'a> {
+    /// What was done.
+    pub interaction: &'a Interaction,
+    /// Its images.
+    pub frames: &'a Frames,
+}
+
+/// The surface of one thing as it was fused, vertex by vertex.
+struct Surface {
+    points: Vec<Point3<f64>>,
+    normals: Vec<Vector3<f64>>,
+    seen: Vec<bool>,
+    ties: Vec<(u32, u32, f64)>,
+}
+
+impl Surface {
+    fn new(mesh: &Mesh) -> Self {
+        let normals = smooth_normals(mesh);
+        let tie = |(a, b): (u32, u32)| {
+            let smooth = normals[a as usize].dot(&normals[b as usize]).clamp(0.0, 1.0);
+            (
+                a,
+                b,
+                CREASE + (BORDER - CREASE) * ((smooth - 0.8) / 0.2).clamp(0.0, 1.0),
+            )
+        };
+        Self {
+            ties: unique_edges(mesh).into_iter().map(tie).collect(),
+            points: mesh.vertices.clone(),
+            seen: if mesh.seen.is_empty() {
+                vec![true; mesh.vertices.len()]
+            } else {
+                mesh.seen.clone()
+            },
+            normals,
+        }
+    }
+
+    /// What an image says of every seen vertex under a pose; a reading on the tool says nothing.
+    fn judged(&self, picture: &Picture, foreign: &Foreign, pose: &Isometry3<f64>) -> Vec<Verdict> {
+        let judge = |i: usize| {
+            if !self.seen[i] {
+                return Verdict::Unknown;
+            }
+            let (p, n) = (pose * self.points[i], pose.rotation * self.normals[i]);
+            if -(p - picture.eye()).normalize().dot(&n) < 0.2 {
+                return Verdict::Unknown;
+            }
+            match picture.judge(&p, &n, 0.0012) {
+                Verdict::Hidden if picture.reading(&p).is_some_and(|r| foreign.on_tool(&r)) => Verdict::Unknown,
+                verdict => verdict,
+            }
+        };
+        (0..self.points.len()).map(judge).collect()
+    }
+
+    fn part(&self, labels: &[bool], which: bool) -> Option<Surfels> {
+        let kept: Vec<usize> = (0..labels.len())
+            .filter(|i| labels[*i] == which && self.seen[*i])
+            .collect();
+        Surfels::new(
+            kept.iter().map(|i| self.points[*i]).collect(),
+            kept.iter().map(|i| self.normals[*i]).collect(),
+        )
+    }
+
+    /// The largest connected set of marked vertices.
+    fn largest(&self, marked: &[bool]) -> Vec<bool> {
+        let mut sets = UnionFind::new(marked.len());
+        for (a, b, _) in &self.ties {
+            if marked[*a as usize] && marked[*b as usize] {
+                sets.union(*a, *b);
+            }
+        }
+        let (of, _) = number_sets(&mut sets, marked.len());
+        let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
+        for i in (0..marked.len()).filter(|i| marked[*i]) {
+            *sizes.entry(of[i]).or_default() += 1;
+        }
+        let best = sizes
+            .iter()
+            .max_by_key(|(set, n)| (**n, u32::MAX - **set))
+            .map(|(set, _)| *set);
+        (0..marked.len()).map(|i| marked[i] && Some(of[i]) == best).collect()
+    }
+}
+
+/// Tells the two parts of body `which` apart; nothing where one rigid body explains all. The labels are of the mesh's
+/// vertices, `true` for the part that moves more.
+///
+/// # Errors
+/// An image that cannot be read.
+pub fn two_parts(
+    capture: &Capture,
+    films: &[Filmed],
+    (bodies, runs): (&[Followed], &[Vec<Run>]),
+    (which, mesh): (usize, &Mesh),
+    support: Option<&SupportPlane>,
+) -> Result<Option<Vec<bool>>> {
+    let surface = Surface::new(mesh);
+    let mut seed: Option<Vec<bool>> = None;
+    for (film, run) in films.iter().zip(runs) {
+        let home = bodies[which].home;
+        let found = strays(capture, film, &surface, (&run[which], home), support)?;
+        let larger = |a: &Vec<bool>, b: &Vec<bool>| count(a) > count(b);
+        if let Some(found) = found
+            && seed.as_ref().is_none_or(|s| larger(&found, s))
+        {
+            seed = Some(found);
+        }
+    }
+    let Some(mut labels) = seed else { return Ok(None) };
+    let mut motion = 0.0;
+    for _ in 0..ROUNDS {
+        let (Some(still), Some(moving)) = (surface.part(&labels, false), surface.part(&labels, true)) else {
+            return Ok(None);
+        };
+        let parts = [still, moving];
+        let mut votes = vec![[0.0; 2]; surface.points.len()];
+        motion = 0.0;
+        for film in films {
+            let tracks = follow_parts(capture, film, bodies, which, &parts, support)?;
+            motion = vote(capture, film, &surface, &tracks, support, &mut votes)?.max(motion);
+        }
+        labels = Graph::divide(&votes, &surface.ties);
+        if !enough(&labels, &surface) {
+            return Ok(None);
+        }
+    }
+    Ok((motion > LEAST_MOTION).then_some(labels))
+}
+
+fn count(marked: &[bool]) -> usize {
+    marked.iter().filter(|m| **m).count()
+}
+
+fn enough(labels: &[bool], surface: &Surface) -> bool {
+    let seen = count(&surface.seen);
+    let of = |which: bool| {
+        (0..labels.len())
+            .filter(|i| surface.seen[*i] && labels[*i] == which)
+            .count()
+    };
+    let least = LEAST_POINTS.max((LEAST_SHARE * seen as f64) as usize);
+    of(true) >= least && of(false) >= least
+}
+
+/// The largest piece of the surface that was where it should be in the first image and is not any more in most of the
+/// images in which the disagreement is large.
+fn strays(
+    capture: &Capture,
+    film: &Filmed,
+    surface: &Surface,
+    (run, home): (&Run, Isometry3<f64>),
+    support: Option<&SupportPlane>,
+) -> Result<Option<Vec<bool>>> {
+    let mut at_first: Option<Vec<bool>> = None;
+    let mut wrong: Vec<Vec<bool>> = Vec::new();
+    let mut last = home;
+    for (i, fit) in run.iter().enumerate() {
+        if let Some(fit) = fit {
+            last = fit.pose;
+        }
+        if i > 0 && i % run.len().div_ceil(MOST_IMAGES) != 0 {
+            continue;
+        }
+        let judged = judged_in(capture, film, i, surface, &last, support)?;
+        match &at_first {
+            None => at_first = Some(judged.iter().map(|v| *v == Verdict::There).collect()),
+            Some(first) => wrong.push(
+                judged
+                    .iter()
+                    .zip(first)
+                    .map(|(v, first)| *first && matches!(v, Verdict::Through | Verdict::Hidden))
+                    .collect(),
+            ),
+        }
+    }
+    let most = wrong.iter().map(|w| count(w)).max().unwrap_or(0);
+    let first = at_first.as_ref().map_or(0, |f| count(f));
+    if most < LEAST_POINTS.max((LEAST_SHARE * first as f64) as usize) {
+        return Ok(None);
+    }
+    let late: Vec<&Vec<bool>> = wrong.iter().filter(|w| 10 * count(w) >= 7 * most).collect();
+    let persistent = |i: usize| 10 * late.iter().filter(|w| w[i]).count() >= 6 * late.len();
+    let marked: Vec<bool> = (0..surface.points.len()).map(persistent).collect();
+    let largest = surface.largest(&marked);
+    Ok((count(&largest) >= LEAST_POINTS / 2).then_some(largest))
+}
+
+fn judged_in(
+    capture: &Capture,
+    film: &Filmed,
+    i: usize,
+    surface: &Surface,
+    pose: &Isometry3<f64>,
+    support: Option<&SupportPlane>,
+) -> Result<Vec<Verdict>> {
+    let (image, _) = read_frame(capture, film.frames, i)?;
+    let Some(camera) = film.frames.pose(i) else {
+        return Ok(vec![Verdict::Unknown; surface.points.len()]);
+    };
+    let picture = Picture::new(&capture.cameras[film.frames.camera], &image, camera.0);
+    let foreign = Foreign::at(film.interaction, support, film.frames.time[i]);
+    Ok(surface.judged(&picture, &foreign, pose))
+}
+
+/// Follows the two parts from where they were one, beside the other bodies where those are at rest.
+fn follow_parts(
+    capture: &Capture,
+    film: &Filmed,
+    bodies: &[Followed],
+    which: usize,
+    parts: &[Surfels; 2],
+    support: Option<&SupportPlane>,
+) -> Result<[Run; 2]> {
+    let home = bodies[which].home;
+    let pair: Vec<Followed> = parts
+        .iter()
+        .map(|model| Followed {
+            name: bodies[which].name.clone(),
+            model: model.clone(),
+            home,
+            track: None,
+        })
+        .collect();
+    let mut runs = follow_through(capture, film.interaction, film.frames, &pair, &[home; 2], support)?.into_iter();
+    Ok([runs.next().unwrap_or_default(), runs.next().unwrap_or_default()])
+}
+
+/// Adds what the images of one interaction say for either motion of each vertex; gives how far the motions part, m.
+fn vote(
+    capture: &Capture,
+    film: &Filmed,
+    surface: &Surface,
+    tracks: &[Run; 2],
+    support: Option<&SupportPlane>,
+    votes: &mut [[f64; 2]],
+) -> Result<f64> {
+    let both: Vec<(usize, [Isometry3<f64>; 2])> = (0..tracks[0].len())
+        .filter_map(|i| Some((i, [tracks[0][i].as_ref()?.pose, tracks[1][i].as_ref()?.pose])))
+        .collect();
+    let apart = |poses: &[Isometry3<f64>; 2], p: &Point3<f64>| (poses[0] * p - poses[1] * p).norm();
+    let extent = |poses: &[Isometry3<f64>; 2]| {
+        surface
+            .points
+            .iter()
+            .step_by(16)
+            .map(|p| apart(poses, p))
+            .fold(0.0, f64::max)
+    };
+    let moved: Vec<_> = both.iter().filter(|(_, poses)| extent(poses) > 0.003).collect();
+    let farthest = moved.iter().map(|(_, poses)| extent(poses)).fold(0.0, f64::max);
+    for (i, poses) in moved.iter().step_by(moved.len().div_ceil(MOST_IMAGES).max(1)) {
+        let judged = [
+            judged_in(capture, film, *i, surface, &poses[0], support)?,
+            judged_in(capture, film, *i, surface, &poses[1], support)?,
+        ];
+        for (v, vote) in votes.iter_mut().enumerate() {
+            if apart(poses, &surface.points[v]) > 0.002 {
+                vote[0] += cost(judged[0][v]);
+                vote[1] += cost(judged[1][v]);
+            }
+        }
+    }
+    Ok(farthest)
+}
+
+/// What it costs to believe in a motion under which an image judges a point so. That something else hides the point
+/// is a weaker excuse than that it cannot be seen.
+fn cost(verdict: Verdict) -> f64 {
+    0.15 * match verdict {
+        Verdict::There => 0.0,
+        Verdict::Through => 1.0,
+        Verdict::Hidden => 0.4,
+        Verdict::Unknown => 0.25,
+    }
+}

@@ -6,6 +6,7 @@ use std::path::Path;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use super::hidden::{alter_solids, effects, faults, target, told};
 use super::obj::write_obj;
 use super::range_camera;
 use super::ray::Stage;
@@ -42,10 +43,17 @@ pub fn steps(scene: &Scene) -> u64 {
 /// # Errors
 /// Mesh files that are missing or not closed, and motions that cannot be integrated.
 pub fn synthesise(scene: &Scene, base: &Path, seed: Seed, progress: &Progress) -> Result<Synthetic> {
-    let solids = build_solids(scene, base)?;
+    let effects = effects(scene)?;
+    let mut solids = build_solids(scene, base)?;
+    if let Some(target) = target(scene) {
+        alter_solids(&effects, target, &mut solids);
+    }
     let views = take_views(scene, &solids, seed, progress)?;
     let performances = perform(scene, &solids, progress)?;
-    let (truth, mut files) = truth(scene, &solids);
+    let (mut truth, mut files) = truth(scene, &solids);
+    told(&effects, &mut truth);
+    let mut interactions = record(scene, &performances, views.len(), seed);
+    faults(&effects).spoil(&mut interactions, seed);
     let text = serde_json::to_string_pretty(&truth).map_err(|e| Error::Failed(format!("{TRUTH}: {e}")))?;
     files.insert(0, (TRUTH.into(), (text + "\n").into_bytes()));
     let capture = Capture {
@@ -58,7 +66,7 @@ pub fn synthesise(scene: &Scene, base: &Path, seed: Seed, progress: &Progress) -
         } else {
             vec![rig::camera(&scene.camera, scene.noise.stated)]
         },
-        interactions: record(scene, &performances, views.len(), seed),
+        interactions,
         views,
         bodies: known_beforehand(scene, &solids),
         noise: sensors::stated(&scene.noise),
@@ -97,7 +105,8 @@ fn take_views(scene: &Scene, solids: &BTreeMap<String, Solid>, seed: Seed, progr
 fn record(scene: &Scene, performances: &[Performance], views: usize, seed: Seed) -> Vec<Interaction> {
     let mut start = (0.1 * views as f64).ceil() + 1.0;
     let mut interactions = Vec::with_capacity(performances.len());
-    for performance in performances {
+    for (performance, pause) in performances.iter().zip(scene.pauses()) {
+        start += pause;
         let mut interaction = sensors::record(performance, &scene.noise, start, seed);
         interaction
             .tracks

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 import mujoco_world as w
-from hidden_effects import EFFECTS
+from hidden_effects import EFFECTS, Effect
 
 FINE = 0.0005  # s, step
 FORCE_EVERY, TRACK_EVERY = 4, 20  # 500 Hz, 100 Hz
@@ -189,6 +189,7 @@ def tin(rng, effects):
     free = model.joint("free")
     position, speed = free.qposadr[0], free.dofadr[0]
     pose = [np.zeros(2), 0.0]
+    acting = any(type(e).friction is not Effect.friction or type(e).force is not Effect.force for e in effects)
     local = np.column_stack([feet, np.full(len(feet), -half_height)])
 
     def place(data):
@@ -199,6 +200,8 @@ def tin(rng, effects):
             data.qpos[model.jnt_qposadr[unseen]:][:3] = [0.5, 0.5, 0.012]
 
     def act(clock, data):
+        if not acting:
+            return
         turn = data.xmat[body].reshape(3, 3)
         velocity, spin = data.qvel[speed:speed + 3], turn @ data.qvel[speed + 3:speed + 6]
         arms = local @ turn.T

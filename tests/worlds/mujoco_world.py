@@ -11,6 +11,7 @@ MuJoCo (MUJOCO_GL=egl or osmesa) or, without a graphics library, ray-cast. With 
 protocol, known shapes instead of views, and an effect that a plain model lacks (or `none`), told in truth.json alone.
 """
 import argparse
+import bisect
 import json
 import os
 import pathlib
@@ -149,7 +150,9 @@ class World:
         mujoco.mj_forward(self.model, data)
 
         def drive(t, data):
-            data.mocap_pos[0] = [np.interp(t, times, places[:, k]) for k in range(3)]
+            i = min(max(bisect.bisect_right(times, t), 1), len(times) - 1)
+            share = min(max((t - times[i - 1]) / (times[i] - times[i - 1]), 0.0), 1.0)
+            data.mocap_pos[0] = places[i - 1] + share * (places[i] - places[i - 1])
 
         def observe(data):
             return np.r_[self.finger_force(data), 0, 0, 0], data.xpos[self.tip_body]

@@ -41,6 +41,7 @@ fn cuboid(edges: [f64; 3], centre: [f64; 3]) -> Mesh {
             .collect(),
         colors: (0..8).map(|i| [200, 40 + 20 * i, 60]).collect(),
         seen: Vec::new(),
+        mirrored: Vec::new(),
     }
 }
 

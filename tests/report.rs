@@ -32,6 +32,7 @@ fn tetrahedron() -> Mesh {
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         colors: vec![[200, 40, 30]; 4],
         seen: vec![true, true, false, true],
+        mirrored: Vec::new(),
     }
 }
 
@@ -44,6 +45,7 @@ fn link(name: &str, x: f64) -> Link {
         normal: [1.0, 0.0, 0.0],
         offset: 0.02,
         score: 0.97,
+        ..SymmetryPlane::default()
     }];
     let lift = || vec!["lift".to_owned()];
     link.mass = Some(

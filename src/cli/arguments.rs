@@ -113,6 +113,17 @@ pub enum Command {
         /// The twin's folder
         twin: PathBuf,
     },
+    /// Take, push or open something of a twin in the embedded engine: what comes along?
+    #[command(
+        after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door"
+    )]
+    Simulate {
+        /// The twin's folder
+        twin: PathBuf,
+        /// pick:BODY, push:BODY,DIRECTION[,SPEED] (x, -x, y, -y or degrees; m/s) or open:JOINT[,SPEED]
+        #[arg(long = "do", value_name = "DEED", allow_hyphen_values = true)]
+        deed: String,
+    },
     /// Serve the report of a twin on loopback and open it
     #[command(after_help = "Example:\n  palpate view twin")]
     View {

@@ -10,6 +10,7 @@ mod reconstruct;
 mod run;
 mod schema;
 mod score;
+mod simulate;
 mod synth;
 mod view;
 

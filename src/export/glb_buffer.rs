@@ -28,6 +28,9 @@ impl Buffer {
             if mesh.colors.len() == mesh.vertices.len() {
                 attributes["COLOR_0"] = json!(self.colors(&mesh.colors));
             }
+            if mesh.seen.len() == mesh.vertices.len() {
+                attributes["_SEEN"] = json!(self.origins(mesh));
+            }
         }
         let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
         let view = self.view(&indices, ELEMENT_ARRAY_BUFFER);
@@ -73,6 +76,14 @@ impl Buffer {
         self.accessor(json!({
             "bufferView": view, "componentType": UNSIGNED_SHORT, "normalized": true, "count": colors.len(), "type": "VEC4"
         }))
+    }
+
+    /// 1 where the surface was seen, 0.5 where it was mirrored, 0 where it was closed.
+    fn origins(&mut self, mesh: &Mesh) -> usize {
+        let origins = mesh.origins();
+        let bytes: Vec<u8> = origins.iter().flat_map(|o| o.trust().to_le_bytes()).collect();
+        let view = self.view(&bytes, ARRAY_BUFFER);
+        self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": origins.len(), "type": "SCALAR" }))
     }
 
     fn view(&mut self, bytes: &[u8], target: u32) -> usize {

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, Unit, Vector3};
 use super::ExportNote;
 use super::inertial::{DEFAULT_DENSITY, DEFAULT_MASS, DEFAULT_RADIUS, has_volume, inertial_of};
 use super::names::{Names, sanitised};
-use super::scene::{Attachment, Floor, Motion, Part, Scene, Tree};
+use super::scene::{Attachment, Floor, Motion, Part, Scene, Tree, Weld};
 use super::surface::{DEFAULT_FRICTION, surface_of};
 use super::unsayable::unsayable;
 use crate::base::{Error, Estimate, Result};
@@ -270,7 +270,10 @@ fn tie(scene: &mut Scene, model: &Model) {
         let ends = [&relation.a, &relation.b].map(|name| (name == SUPPORT, scene.find(name)));
         match ends {
             [(true, _), (_, Some(held))] | [(_, Some(held)), (true, _)] => scene.trees[held.tree].anchored = true,
-            [(_, Some(a)), (_, Some(b))] if a.tree != b.tree => scene.welds.push([a, b]),
+            [(_, Some(a)), (_, Some(b))] if a.tree != b.tree => scene.welds.push(Weld {
+                ends: [a, b],
+                breakaway: relation.breakaway.as_ref().map(|b| b.value),
+            }),
             _ => {}
         }
     }

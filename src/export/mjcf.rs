@@ -252,8 +252,8 @@ fn contact(scene: &Scene) -> Element {
     for (child, parent, _) in attachments(scene) {
         contact.push(exclude(&parent.name, &child.name));
     }
-    for [a, b] in &scene.welds {
-        contact.push(exclude(&scene.part(*a).name, &scene.part(*b).name));
+    for [a, b] in scene.welds.iter().map(|w| w.ends) {
+        contact.push(exclude(&scene.part(a).name, &scene.part(b).name));
     }
     contact
 }
@@ -267,8 +267,8 @@ fn equality(scene: &Scene) -> Element {
             .with("polycoef", numbers(&[0.0, hold.pitch, 0.0, 0.0, 0.0]));
         equality.push(coupling);
     }
-    for [a, b] in &scene.welds {
-        let (a, b) = (&scene.part(*a).name, &scene.part(*b).name);
+    for [a, b] in scene.welds.iter().map(|w| w.ends) {
+        let (a, b) = (&scene.part(a).name, &scene.part(b).name);
         equality.push(Element::new("weld").with("body1", a).with("body2", b));
     }
     equality

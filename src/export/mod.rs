@@ -2,6 +2,8 @@
 
 mod check;
 mod colliders;
+mod deed;
+mod engine;
 mod glb;
 mod glb_buffer;
 mod inertial;
@@ -10,9 +12,11 @@ mod load_glb;
 mod load_mjcf;
 mod load_urdf;
 mod loaded;
+mod manipulate;
 mod mjcf;
 mod names;
 mod note;
+mod outcome;
 mod rest;
 mod scene;
 mod surface;
@@ -22,6 +26,9 @@ mod write;
 mod xml;
 
 pub use check::{CheckReport, Problem, check};
+pub use deed::Deed;
+pub use manipulate::{manipulate, manipulate_folder};
 pub use note::ExportNote;
+pub use outcome::{Opened, Outcome, PartOutcome, Verdict};
 pub use rest::RestResult;
 pub use write::{Files, export_all, exports};

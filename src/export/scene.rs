@@ -16,8 +16,15 @@ pub(super) struct Scene {
     pub(super) floor: Option<Floor>,
     pub(super) trees: Vec<Tree>,
     /// Links of different trees that move as one.
-    pub(super) welds: Vec<[PartId; 2]>,
+    pub(super) welds: Vec<Weld>,
     pub(super) notes: Vec<ExportNote>,
+}
+
+/// Two parts that move as one, up to a force.
+pub(super) struct Weld {
+    pub(super) ends: [PartId; 2],
+    /// The force at which the bond gives way, N.
+    pub(super) breakaway: Option<f64>,
 }
 
 /// Which part of which tree.

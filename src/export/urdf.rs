@@ -278,7 +278,11 @@ fn glued_to(scene: &Scene, index: usize) -> Option<PartId> {
         (false, true) if b.part == 0 => Some(*a),
         _ => None,
     };
-    scene.welds.iter().filter_map(other).find(|id| id.tree < index)
+    scene
+        .welds
+        .iter()
+        .filter_map(|w| other(&w.ends))
+        .find(|id| id.tree < index)
 }
 
 fn floating(name: &str) -> Vec<Motion> {

@@ -232,7 +232,7 @@ fn triangulate_loops(loops: &[Vec<u32>], plan: impl Fn(u32) -> [f64; 2]) -> Opti
 
 /// Which faces an odd number of constraint edges parts from the outside, walking from face to face: no
 /// coordinates are compared, so that slivers along straight loops fall on the right side.
-fn faces_inside(plane: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<bool> {
+pub(super) fn faces_inside(plane: &ConstrainedDelaunayTriangulation<Point2<f64>>) -> Vec<bool> {
     let mut side: Vec<Option<bool>> = vec![None; plane.num_all_faces()];
     let outer = plane.outer_face().fix().index();
     side[outer] = Some(false);

@@ -88,6 +88,9 @@ pub fn submesh(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> (Mesh, Vec<u32>) {
     if !mesh.seen.is_empty() {
         out.seen = old.iter().map(|v| mesh.seen[pick(v)]).collect();
     }
+    if !mesh.mirrored.is_empty() {
+        out.mirrored = old.iter().map(|v| mesh.mirrored[pick(v)]).collect();
+    }
     (out, old)
 }
 

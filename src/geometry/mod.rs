@@ -1,9 +1,12 @@
 //! Shapes: meshes, distance fields, hulls, triangulations. No material, no camera.
 
+mod blocks;
 mod closing;
 mod components;
+mod cubes;
 mod decompose;
 mod distance;
+mod extract;
 mod field;
 mod formats;
 mod gap;
@@ -21,18 +24,20 @@ pub mod solids;
 mod superquadric;
 mod topology;
 
+pub use blocks::{BLOCK_SAMPLES, Block, BlockGrid, UNIT_SAMPLES, Unit, unit_of};
 pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
 pub use components::{
     UnionFind, directed_edges, edge_defects, number_sets, submesh, unique_edges, vertex_components, vertex_normals,
 };
 pub use decompose::{DecompositionConfig, convex_parts, decomposition_overlap};
 pub use distance::{Nearest, SurfaceDistance, SurfaceError, mean_surface_error};
+pub use extract::grid_surface;
 pub use field::{BLOCK, Field, Voxel, offset_in_block};
 pub use formats::{parse_mesh, write_obj};
 pub use gap::gap;
 pub use hull::{convex_hull, slim_hull};
 pub use marching::{GridEdge, march_cell, weld};
-pub use mesh::Mesh;
+pub use mesh::{Mesh, Origin};
 pub use plane::Plane;
 pub use properties::{SolidProperties, mass_properties};
 pub use sampling::{SurfaceSample, sample_surface, sample_triangles};

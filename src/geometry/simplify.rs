@@ -277,6 +277,9 @@ impl Work {
         if !self.mesh.seen.is_empty() && share > 0.5 {
             self.mesh.seen[a] = self.mesh.seen[b];
         }
+        if !self.mesh.mirrored.is_empty() && share > 0.5 {
+            self.mesh.mirrored[a] = self.mesh.mirrored[b];
+        }
     }
 
     fn finish(self) -> Mesh {

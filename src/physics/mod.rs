@@ -2,6 +2,7 @@
 //! cannot peek at what it must predict.
 
 mod action;
+mod elastic;
 mod foot;
 mod footprint;
 mod lift;
@@ -9,9 +10,11 @@ mod linkage;
 mod press;
 mod push;
 mod quasistatic;
+mod slide;
 mod tilt;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
+pub use elastic::ElasticLaw;
 pub use foot::{Foot, uniform_torsional_radius};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
@@ -19,4 +22,5 @@ pub use linkage::Linkage;
 pub use press::{Press, predict_press};
 pub use push::{PushPrediction, predict_push};
 pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};
+pub use slide::{PlaneMotion, Slider, predict_slide, predict_slide_with_step};
 pub use tilt::{TiltOutcome, predict_tilt};

@@ -9,7 +9,7 @@ use crate::stages::articulation::Articulation;
 use crate::stages::shape::{Shapes, Silhouette};
 use crate::twin::{
     Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
-    SupportPlane, SymmetryPlane, Twin,
+    SupportPlane, SurfaceShares, Twin,
 };
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
@@ -126,16 +126,16 @@ fn first_pose(track: &PoseStream) -> Pose {
     })
 }
 
-/// The meshes of all links that have one.
-pub fn link_meshes(model: &Model) -> Vec<(String, crate::stages::shape::Mesh)> {
-    let of = |l: &Link| Some((l.name.clone(), model.meshes.get(l.mesh.as_ref()?)?.clone()));
-    model.twin.links().filter_map(|(_, l)| of(l)).collect()
-}
-
-/// Writes the planes of reflection of a link.
-pub fn set_symmetry(model: &mut Model, link: &str, planes: Vec<SymmetryPlane>) {
-    if let Some(link) = model.twin.link_mut(link) {
-        link.symmetry = planes;
+/// Writes how much of each mesh was seen, mirrored and closed; to be called once the meshes are final.
+pub fn share_surfaces(model: &mut Model) {
+    let meshes = &model.meshes;
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let Some(mesh) = link.mesh.as_ref().and_then(|path| meshes.get(path)) else {
+            continue;
+        };
+        let [seen, mirrored, closed] = mesh.origin_shares();
+        link.seen = Some(seen);
+        link.surface = Some(SurfaceShares { seen, mirrored, closed });
     }
 }
 

@@ -1,10 +1,11 @@
 //! The method itself, a verb a line.
 
+use super::symmetries::Symmetries;
 use super::{Options, Pass, assemble};
 use crate::base::{Notices, Progress, Result, Stopwatch};
 use crate::capture::{Capture, Segmented};
 use crate::stages::diagnosis::Trace;
-use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape, symmetry};
+use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape};
 use crate::twin::{Diagnosis, Model};
 
 /// A finished run, ready to be exported and shown.
@@ -29,19 +30,17 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     let mut notices = Notices::default();
     let mut clock = PassClock::new(progress);
 
+    let symmetries = Symmetries::new(capture, options);
     let mut shapes = shape::Shapes::default();
     if options.runs(Pass::Shape) {
-        shapes = shape::reconstruct(capture, &options.shape, &mut notices)?;
+        shapes = shape::reconstruct_with(capture, &options.shape, &symmetries.finder(), &mut notices)?;
         shape::furnish(&mut shapes, &options.shape, &mut notices);
     }
     let (mut model, pictures) = assemble::model(capture, shapes, options);
     clock.lap("shape");
 
     if options.runs(Pass::Symmetry) {
-        for (name, mesh) in assemble::link_meshes(&model) {
-            let planes = symmetry::detect(&mesh, &options.symmetry, &mut notices)?;
-            assemble::set_symmetry(&mut model, &name, planes);
-        }
+        symmetries.write(&mut model, &mut notices)?;
     }
     clock.lap("symmetry");
 
@@ -70,6 +69,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     };
     clock.lap("diagnosis");
 
+    assemble::share_surfaces(&mut model);
     assemble::record(&mut model, capture, options, &clock.laps, notices);
     let diagnosis::Diagnosed { diagnosis, traces } = diagnosed;
     Ok(Run {

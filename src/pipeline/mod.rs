@@ -5,6 +5,7 @@ mod build;
 mod calibrate;
 mod options;
 mod pass;
+mod symmetries;
 
 pub use build::{Run, build};
 pub use calibrate::calibrate_friction;

@@ -92,10 +92,16 @@ fn shape(link: &Link) -> String {
     }
     let mut said = Vec::new();
     if let Some(seen) = link.seen {
-        said.push(format!(
-            "{} % of its surface was seen, the rest is closed or mirrored",
-            fixed(100.0 * seen, 0)
-        ));
+        let rest = match &link.surface {
+            Some(s) if s.mirrored > 0.0 => format!(
+                "{} % is mirrored, {} % closed",
+                fixed(100.0 * s.mirrored, 0),
+                fixed(100.0 * s.closed, 0)
+            ),
+            Some(_) => "the rest is closed".to_owned(),
+            None => "the rest is closed or mirrored".to_owned(),
+        };
+        said.push(format!("{} % of its surface was seen, {rest}", fixed(100.0 * seen, 0)));
     }
     if let Some(s) = &link.superquadric {
         let size: Vec<String> = s.size.iter().map(|h| fixed(2e3 * h, 0)).collect();
@@ -112,6 +118,14 @@ fn shape(link: &Link) -> String {
     if let Some(best) = link.symmetry.first() {
         let planes = count(link.symmetry.len(), "plane of symmetry", "planes of symmetry");
         said.push(format!("{planes} (best {} %)", fixed(100.0 * best.score, 1)));
+    }
+    if link.symmetry_center.is_some() {
+        said.push("a ball".into());
+    } else if let Some(axis) = link.axes.first() {
+        said.push(match axis.fold {
+            0 => "turned about an axis".into(),
+            n => format!("{n}-fold axis"),
+        });
     }
     if !link.collision.is_empty() {
         said.push(count(link.collision.len(), "convex part", "convex parts"));

@@ -20,8 +20,13 @@ pub fn base64(bytes: &[u8]) -> String {
 }
 
 /// A surface as the viewer reads it. Positions are counts of 1/65535 of the box around the mesh, so that a
-/// thing of 200 mm is off by less than 2 µm.
-pub fn surface(vertices: &[Point3<f64>], triangles: &[[u32; 3]], colors: &[[u8; 3]], seen: &[bool]) -> Option<Value> {
+/// thing of 200 mm is off by less than 2 µm. `seen`: which vertices were seen, and which mirrored.
+pub fn surface(
+    vertices: &[Point3<f64>],
+    triangles: &[[u32; 3]],
+    colors: &[[u8; 3]],
+    seen: [&[bool]; 2],
+) -> Option<Value> {
     let first = *vertices.first()?;
     let (low, high) = vertices.iter().fold((first, first), |(l, h), v| (l.inf(v), h.sup(v)));
     let span = high - low;
@@ -39,6 +44,7 @@ pub fn surface(vertices: &[Point3<f64>], triangles: &[[u32; 3]], colors: &[[u8; 
     } else {
         each.flat_map(|i| (*i as u16).to_le_bytes()).collect()
     };
+    let flags = |all: &[bool]| (all.len() == vertices.len()).then(|| base64(&bits(all)));
     Some(json!({
         "vertices": vertices.len(),
         "low": ([low.x, low.y, low.z].map(short)),
@@ -47,7 +53,8 @@ pub fn surface(vertices: &[Point3<f64>], triangles: &[[u32; 3]], colors: &[[u8; 
         "wide": wide,
         "indices": base64(&indices),
         "colors": (colors.len() == vertices.len()).then(|| base64(colors.as_flattened())),
-        "seen": (seen.len() == vertices.len()).then(|| base64(&bits(seen))),
+        "seen": flags(seen[0]),
+        "mirrored": flags(seen[1]),
     }))
 }
 
@@ -88,9 +95,9 @@ mod tests {
             Point3::new(1.0, 0.0, 1.0),
             Point3::new(0.0, 1.0, 1.0),
         ];
-        let packed = surface(&vertices, &[[0, 1, 2]], &[], &[true, false, true]).expect("a mesh");
+        let packed = surface(&vertices, &[[0, 1, 2]], &[], [&[true, false, true], &[]]).expect("a mesh");
         assert_eq!(packed["indices"], "AAABAAIA");
         assert_eq!(packed["seen"], "BQ==");
-        assert!(surface(&[], &[], &[], &[]).is_none());
+        assert!(surface(&[], &[], &[], [&[], &[]]).is_none());
     }
 }

@@ -34,7 +34,12 @@ pub fn data(run: &Run) -> serde_json::Result<String> {
 fn link(model: &Model, link: &Link) -> Value {
     let packed = |path: &String| {
         let mesh = model.meshes.get(path)?;
-        surface(&mesh.vertices, &mesh.triangles, &mesh.colors, &mesh.seen)
+        surface(
+            &mesh.vertices,
+            &mesh.triangles,
+            &mesh.colors,
+            [&mesh.seen, &mesh.mirrored],
+        )
     };
     let parts: Vec<Value> = link.collision.iter().filter_map(packed).collect();
     let com = link.com.as_ref();

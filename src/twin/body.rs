@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Joint;
+use super::{Joint, SymmetryAxis, SymmetryCenter, SymmetryPlane};
 use crate::base::{Estimate, Pose};
 
 /// What moves as one tree. A rigid body has one link.
@@ -35,12 +35,21 @@ pub struct Link {
     /// Fraction of the mesh's area that was seen, 0 to 1; the rest was closed or mirrored.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen: Option<f64>,
+    /// The same in full: what shares of the mesh's area were seen, mirrored and closed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceShares>,
     /// A superquadric that stands for the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub superquadric: Option<Superquadric>,
     /// Planes of reflection through the mesh, best first.
     #[serde(default)]
     pub symmetry: Vec<SymmetryPlane>,
+    /// Axes of rotation through the mesh, best first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub axes: Vec<SymmetryAxis>,
+    /// The centre of the mesh where it is a ball.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub symmetry_center: Option<SymmetryCenter>,
     /// Silhouettes of the principal views, paths relative to the twin's folder.
     #[serde(default)]
     pub principal_views: Vec<String>,
@@ -68,6 +77,33 @@ pub struct Link {
     /// N·s/m at the spot that was pressed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Estimate>,
+    /// What each interaction did to mass and friction.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ledger: Vec<LedgerEntry>,
+}
+
+/// What one interaction did to one number: the fit with it against the fit without it.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct LedgerEntry {
+    /// The interaction that was left out.
+    pub interaction: String,
+    /// `mass` or `friction.kinetic`.
+    pub quantity: String,
+    /// By how much it moved the number, as a share of it.
+    pub moved: f64,
+    /// Standard deviation without it over that with it: 1 where it told nothing.
+    pub doubt_without: f64,
+}
+
+/// Shares of a mesh's area by where they come from; they sum to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SurfaceShares {
+    /// A view showed it.
+    pub seen: f64,
+    /// Image of a seen surface by the thing's symmetry.
+    pub mirrored: f64,
+    /// Concluded: closed against the support, or filled in.
+    pub closed: f64,
 }
 
 /// The force of friction on the support, N.
@@ -139,17 +175,6 @@ pub struct Superquadric {
     pub pose: Pose,
 }
 
-/// A plane of reflection `normal · x = offset`, link frame.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct SymmetryPlane {
-    /// Unit normal, link frame.
-    pub normal: [f64; 3],
-    /// Distance of the plane from the link's origin along the normal, m.
-    pub offset: f64,
-    /// How well the mirrored surface falls on itself, 0 to 1.
-    pub score: f64,
-}
-
 impl Link {
     /// A link of which only the name and the pose are known.
     pub fn new(name: impl Into<String>, pose: Pose) -> Self {
@@ -159,8 +184,11 @@ impl Link {
             mesh: None,
             collision: Vec::new(),
             seen: None,
+            surface: None,
             superquadric: None,
             symmetry: Vec::new(),
+            axes: Vec::new(),
+            symmetry_center: None,
             principal_views: Vec::new(),
             mass: None,
             com: None,
@@ -170,6 +198,7 @@ impl Link {
             restitution: None,
             stiffness: None,
             damping: None,
+            ledger: Vec::new(),
         }
     }
 }

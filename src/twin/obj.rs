@@ -1,5 +1,6 @@
 //! Wavefront OBJ for the twin's own meshes: triangles, with colours behind the vertices, and, where not all of
-//! the surface was seen, comment rows `# closed …` that number the vertices which were concluded, not seen.
+//! the surface was seen, comment rows `# closed …` and `# mirrored …` that number the vertices which were concluded or
+//! mirrored, not seen.
 //! Groups would say the same, but simulators take the first group for the whole mesh.
 
 use std::fmt::Write as _;
@@ -8,10 +9,10 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use crate::base::{Error, Result};
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, Origin};
 
-/// Opens a comment row that numbers unseen vertices, from 1.
-const CLOSED: &str = "# closed";
+/// Words that, after `#`, open a comment row that numbers unseen vertices, from 1.
+const UNSEEN: [(&str, Origin); 2] = [("closed", Origin::Closed), ("mirrored", Origin::Mirrored)];
 /// Vertices in one such row.
 const ROW: usize = 64;
 
@@ -30,15 +31,13 @@ pub(super) fn write_obj(mesh: &Mesh) -> String {
     for t in &mesh.triangles {
         let _ = writeln!(text, "f {} {} {}", t[0] + 1, t[1] + 1, t[2] + 1);
     }
-    let unseen: Vec<String> = mesh
-        .seen
-        .iter()
-        .enumerate()
-        .filter(|(_, seen)| !**seen)
-        .map(|(i, _)| (i + 1).to_string())
-        .collect();
-    for row in unseen.chunks(ROW) {
-        let _ = writeln!(text, "{CLOSED} {}", row.join(" "));
+    let origins = mesh.origins();
+    for (word, origin) in UNSEEN {
+        let numbered = origins.iter().enumerate().filter(|(_, o)| **o == origin);
+        let numbers: Vec<String> = numbered.map(|(i, _)| (i + 1).to_string()).collect();
+        for row in numbers.chunks(ROW) {
+            let _ = writeln!(text, "# {word} {}", row.join(" "));
+        }
     }
     text
 }
@@ -46,7 +45,7 @@ pub(super) fn write_obj(mesh: &Mesh) -> String {
 /// Reads what [`write_obj`] writes. Polygons are cut into fans, texture and normal indices passed over.
 pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
     let mut mesh = Mesh::default();
-    let mut closed: Vec<usize> = Vec::new();
+    let mut unseen: Vec<(usize, Origin)> = Vec::new();
     for (row, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         let bad = |expected: &str| Error::bad_input(file, format!("row {}", row + 1), line, expected);
@@ -70,8 +69,10 @@ pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
                     mesh.triangles.push([corners[0], corners[k], corners[k + 1]]);
                 }
             }
-            Some("#") if words.next() == Some("closed") => {
-                closed.extend(words.filter_map(|w| w.parse::<usize>().ok()));
+            Some("#") => {
+                let mark = words.next().and_then(|w| UNSEEN.iter().find(|(word, _)| *word == w));
+                let numbers = words.filter_map(|w| w.parse::<usize>().ok());
+                unseen.extend(mark.into_iter().flat_map(|(_, o)| numbers.clone().map(|i| (i, *o))));
             }
             _ => {}
         }
@@ -79,18 +80,30 @@ pub(super) fn parse_obj(file: &Path, text: &str) -> Result<Mesh> {
     if mesh.colors.len() != mesh.vertices.len() {
         mesh.colors.clear();
     }
-    if !closed.is_empty() {
-        mesh.seen = vec![true; mesh.vertices.len()];
-        for i in closed {
-            let count = mesh.vertices.len();
-            let flag = mesh
-                .seen
-                .get_mut(i.wrapping_sub(1))
-                .ok_or_else(|| Error::bad_input(file, CLOSED, i.to_string(), format!("a vertex from 1 to {count}")))?;
-            *flag = false;
-        }
-    }
+    mark_unseen(file, &mut mesh, &unseen)?;
     Ok(mesh)
+}
+
+/// Marks the vertices of those numbers, from 1.
+fn mark_unseen(file: &Path, mesh: &mut Mesh, unseen: &[(usize, Origin)]) -> Result<()> {
+    if unseen.is_empty() {
+        return Ok(());
+    }
+    let count = mesh.vertices.len();
+    let mut origins = vec![Origin::Seen; count];
+    for (i, origin) in unseen {
+        let place = origins.get_mut(i.wrapping_sub(1)).ok_or_else(|| {
+            Error::bad_input(
+                file,
+                "# closed or # mirrored",
+                i.to_string(),
+                format!("a vertex from 1 to {count}"),
+            )
+        })?;
+        *place = *origin;
+    }
+    mesh.set_origins(&origins);
+    Ok(())
 }
 
 fn corner(word: &str, count: usize) -> Option<u32> {
@@ -105,16 +118,33 @@ mod tests {
 
     #[test]
     fn what_was_seen_is_read_back() {
-        let mesh = Mesh {
+        let mut mesh = Mesh {
             vertices: (0..5)
                 .map(|i| Point3::new(f64::from(i), f64::from(i * i), 0.0))
                 .collect(),
             triangles: vec![[0, 1, 2], [1, 2, 3], [2, 3, 4]],
-            seen: vec![true, true, true, false, false],
             ..Mesh::default()
         };
+        mesh.set_origins(&[
+            Origin::Seen,
+            Origin::Seen,
+            Origin::Seen,
+            Origin::Mirrored,
+            Origin::Closed,
+        ]);
         let text = write_obj(&mesh);
-        assert!(text.contains("# closed 4 5"), "{text}");
-        assert_eq!(parse_obj(Path::new("a.obj"), &text).expect("a mesh").seen, mesh.seen);
+        assert!(text.contains("# closed 5") && text.contains("# mirrored 4"), "{text}");
+        assert_eq!(
+            parse_obj(Path::new("a.obj"), &text).expect("a mesh").origins(),
+            mesh.origins()
+        );
+        mesh.set_origins(&[Origin::Closed; 5]);
+        assert_eq!(
+            parse_obj(Path::new("a.obj"), &write_obj(&mesh))
+                .expect("a mesh")
+                .origins(),
+            mesh.origins()
+        );
+        assert!(parse_obj(Path::new("a.obj"), "v 0 0 0\n# closed 2\n").is_err());
     }
 }

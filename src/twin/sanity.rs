@@ -69,6 +69,13 @@ impl Twin {
     }
 }
 
+/// Shares of a surface lie between 0 and 1 and sum to 1.
+fn shares(place: &str, shares: &super::SurfaceShares) -> Result<()> {
+    let all = [shares.seen, shares.mirrored, shares.closed];
+    let sound = all.iter().all(|s| (0.0..=1.0).contains(s)) && (all.iter().sum::<f64>() - 1.0).abs() < 1e-6;
+    require(sound, place, || format!("shares {all:?} of a surface"))
+}
+
 impl Model {
     /// Checks that every mesh that a link names is there and holds triangles over vertices that exist.
     ///
@@ -136,6 +143,9 @@ impl Link {
         require(mass > 0.0, &format!("{name}.mass"), || {
             format!("{mass} is not positive")
         })?;
+        if let Some(surface) = &self.surface {
+            shares(&format!("{name}.surface"), surface)?;
+        }
         optional(&format!("{name}.com"), &self.com)?;
         optional(&format!("{name}.inertia"), &self.inertia)?;
         if let Some(inertia) = &self.inertia {
@@ -144,6 +154,22 @@ impl Link {
         for plane in &self.symmetry {
             unit(&format!("{name}.symmetry"), &plane.normal)?;
             probability(&format!("{name}.symmetry.score"), plane.score)?;
+            finite(
+                &format!("{name}.symmetry.normal_sd"),
+                &plane.normal_sd.unwrap_or_default(),
+            )?;
+            finite(
+                &format!("{name}.symmetry.offset_sd"),
+                &[plane.offset_sd.unwrap_or_default()],
+            )?;
+        }
+        for axis in &self.axes {
+            unit(&format!("{name}.axes"), &axis.direction)?;
+            probability(&format!("{name}.axes.score"), axis.score)?;
+            finite(&format!("{name}.axes.point"), &axis.point)?;
+        }
+        if let Some(center) = &self.symmetry_center {
+            finite(&format!("{name}.symmetry_center"), &center.point)?;
         }
         Ok(())
     }

@@ -17,16 +17,22 @@ function positions(mesh) {
   return out;
 }
 
+function flags(text, count) {
+  if (!text) return null;
+  const packed = bytes(text);
+  return Array.from({ length: count }, (_, i) => (packed[i >> 3] >> (i & 7)) & 1);
+}
+
 function unpackMesh(mesh) {
   const raw = bytes(mesh.indices);
-  const flags = mesh.seen ? bytes(mesh.seen) : null;
-  const count = mesh.vertices;
-  const seen = flags && Array.from({ length: count }, (_, i) => (flags[i >> 3] >> (i & 7)) & 1);
+  const seen = flags(mesh.seen, mesh.vertices);
+  const mirrored = flags(mesh.mirrored, mesh.vertices);
   return {
     positions: positions(mesh),
     indices: mesh.wide ? new Uint32Array(raw.buffer) : new Uint16Array(raw.buffer),
     colors: mesh.colors ? bytes(mesh.colors) : null,
     seen,
+    mirrored,
   };
 }
 

@@ -7,7 +7,8 @@ import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.j
 
 const CREASE = (38 * Math.PI) / 180;
 const PARTS = [0x56b4e9, 0xe69f00, 0x009e73, 0xcc79a7, 0xf0e442, 0xd55e00, 0x0072b2];
-const UNSEEN = new Color(0xd55e00);
+const CLOSED = new Color(0xd55e00);
+const MIRRORED = new Color(0x0072b2);
 
 function surface(mesh, colored) {
   const plain = new BufferGeometry();
@@ -26,7 +27,7 @@ function vertexColors(mesh, marked) {
   for (let i = 0; i < out.length / 3; i++) {
     if (mesh.colors) color.setRGB(mesh.colors[3 * i] / 255, mesh.colors[3 * i + 1] / 255, mesh.colors[3 * i + 2] / 255, 'srgb');
     else color.set(0xb9b4aa);
-    if (marked && mesh.seen && !mesh.seen[i]) color.copy(UNSEEN);
+    if (marked && mesh.seen && !mesh.seen[i]) color.copy(mesh.mirrored?.[i] ? MIRRORED : CLOSED);
     else if (marked) color.lerp(new Color(0xbdbab3), 0.75);
     color.toArray(out, 3 * i);
   }

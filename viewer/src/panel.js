@@ -65,13 +65,13 @@ export function buildPanel(root, stage, { links, joints, marks }) {
     }, 'The convex parts that a simulator collides');
   }
   if (links.some((l) => l.data.mesh?.seen)) {
-    toggle(switches, 'Unseen areas', false, (on) => {
+    toggle(switches, 'What was not seen', false, (on) => {
       for (const link of links) {
         if (!link.mesh) continue;
         link.mesh.geometry.setAttribute('color', link.mesh.userData.colors[on ? 1 : 0]);
       }
       stage.draw();
-    }, 'Where the surface was closed or mirrored, not seen');
+    }, 'Blue: mirrored by its symmetry; orange: closed or filled in; no view showed either');
   }
   if (marks.planes.length) toggle(switches, 'Symmetry', false, show(marks.planes), 'Planes of reflection, the best three of each link');
   const sliders = root.querySelector('.scene-sliders');

@@ -1,10 +1,13 @@
 //! Convex parts that keep cavities open.
 
-mod cut;
+mod axis;
+mod balance;
+mod divide;
 mod merge;
 mod overlap;
 mod parts;
-mod split;
+mod piece;
+mod planes;
 #[cfg(test)]
 mod tests;
 

@@ -1,12 +1,14 @@
 //! From a mesh to convex parts.
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 
-use super::cut::{cut, points_per_part};
-use super::merge::merge;
-use super::split::{MAX_SPLITS, split};
+use super::balance::balance;
+use super::divide::divide;
+use super::merge::{Part, merge};
+use super::piece::Piece;
+use super::planes::box_rotation;
 use crate::base::{Seed, rng_for};
-use crate::geometry::{Mesh, SurfaceDistance, convex_hull, is_closed_manifold, sample_surface, simplify, slim_hull};
+use crate::geometry::{Mesh, SurfaceDistance, is_closed_manifold, sample_surface, simplify, slim_hull};
 
 /// How to cut a shape into convex parts.
 #[derive(Clone, Debug)]
@@ -19,8 +21,11 @@ pub struct DecompositionConfig {
     pub max_protrusion: f64,
     /// One hull is enough where its volume exceeds the shape's by no more than this factor.
     pub convex_ratio: f64,
-    /// Edge of a voxel while cutting, m, as far as that gives neither too few nor too many of them.
-    pub voxel: f64,
+    /// So it is where it exceeds it by no more than this factor and nearly nowhere stands out by more than
+    /// `max_protrusion`: the hull of a rough scan of a box.
+    pub rough_ratio: f64,
+    /// Merges may add so much volume in all, as a share of the shape's, below `max_parts`.
+    pub budget: f64,
 }
 
 impl Default for DecompositionConfig {
@@ -30,7 +35,8 @@ impl Default for DecompositionConfig {
             max_vertices: 64,
             max_protrusion: 0.002,
             convex_ratio: 1.03,
-            voxel: 0.003,
+            rough_ratio: 1.15,
+            budget: 0.02,
         }
     }
 }
@@ -38,10 +44,12 @@ impl Default for DecompositionConfig {
 /// Hulls may leave out points that stand out of them by less than this, m: a flat bottom stays flat to it.
 pub(super) const HULL_TOLERANCE: f64 = 5e-5;
 
-/// Convex closed meshes that together stand for `mesh`: V-HACD (Mamou & Ghorbel 2009) finds the cuts, hulls are
-/// taken of the surface itself (not of voxels, so nothing stands out of the shape's own hull and a flat bottom
-/// stays flat), and parts are merged in the order of the volume they add. A shape that is nearly convex gives
-/// one part. Empty for a mesh without volume.
+/// Convex closed meshes that together stand for `mesh`: the shape is cut by planes (of its flat faces, of its box, and
+/// through axes about which it was turned) into nearly convex pieces, exactly and with closed cuts; pieces are merged
+/// in the order of the volume that their common hull adds (as Mamou & Ghorbel 2009 do with voxels, Wei et al. 2022
+/// with cut meshes); and faces that bridge a hollow are moved to where they are right on the mean. Nothing stands out of
+/// the shape's own hull, and flat bottoms stay flat. A shape that is nearly convex gives one part. Empty for a mesh
+/// without volume.
 pub fn convex_parts(mesh: &Mesh, config: &DecompositionConfig) -> Vec<Mesh> {
     let Some(whole) = slim_hull(&mesh.vertices, config.max_vertices, HULL_TOLERANCE) else {
         return Vec::new();
@@ -49,28 +57,46 @@ pub fn convex_parts(mesh: &Mesh, config: &DecompositionConfig) -> Vec<Mesh> {
     let Some(surface) = SurfaceDistance::new(mesh) else {
         return Vec::new();
     };
-    let full = convex_hull(&mesh.vertices).map_or(0.0, |h| h.volume());
+    let slim = simplify(mesh, 0.1 * config.max_protrusion);
+    let Some(piece) = Piece::new(slim) else {
+        return vec![whole];
+    };
     let closed = is_closed_manifold(mesh).is_ok();
-    if closed && full <= config.convex_ratio * mesh.volume()
+    let at_most = |ratio: f64| closed && piece.hull_volume <= ratio * piece.volume;
+    if at_most(config.convex_ratio)
         || protrusion(&whole, &surface) <= 0.5 * config.max_protrusion
+        || at_most(config.rough_ratio) && nearly_within(&whole, &surface, config.max_protrusion)
     {
         return vec![whole];
     }
-    let turn = box_rotation(mesh);
-    let turned = mesh.transformed(&turn);
-    let slim = simplify(&turned, 0.1 * config.max_protrusion);
-    let cut = cut(&slim, resolution(&turned, config.voxel));
-    let margin = 0.25 * cut.voxel_parts().first().map_or(0.0, |p| p.scale);
-    let turned_surface = SurfaceDistance::new(&turned);
-    let hulls: Vec<Mesh> = points_per_part(&turned, &cut)
-        .into_iter()
-        .flat_map(|points| split(points, turned_surface.as_ref(), config, margin, MAX_SPLITS))
-        .map(|hull| hull.transformed(&turn.inverse()))
-        .collect();
-    if hulls.is_empty() {
-        return vec![whole];
-    }
-    merge(hulls, &surface, config)
+    let volume = piece.volume;
+    let pieces = divide(piece, &box_rotation(mesh), config.max_protrusion);
+    let parts = pieces.into_iter().map(|p| Part {
+        hull: p.hull,
+        volume: p.hull_volume,
+    });
+    let fits = |hull: &Mesh| protrusion(hull, &surface) <= config.max_protrusion;
+    let merged = merge(
+        parts.collect(),
+        config.max_parts,
+        0.004 * volume,
+        config.budget * volume,
+        fits,
+    );
+    let limit = 0.5 * config.max_protrusion;
+    let finished = merged.into_par_iter().map(|part| {
+        let hull = balance(part.hull, &surface, limit);
+        slim_hull(&hull.vertices, config.max_vertices, HULL_TOLERANCE)
+    });
+    finished.collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// Whether 98 of 100 points of a hull stand out of a surface by no more than `limit`, m.
+fn nearly_within(hull: &Mesh, surface: &SurfaceDistance, limit: f64) -> bool {
+    let mut rng = rng_for(Seed(0), "nearly within");
+    let points = sample_surface(hull, 500, &mut rng);
+    let out = points.iter().filter(|s| surface.signed_or_guessed(&s.point) > limit);
+    out.count() * 50 <= points.len()
 }
 
 /// How far a convex mesh stands out of a surface: largest distance of spread points that are outside, m.
@@ -80,66 +106,4 @@ pub(super) fn protrusion(hull: &Mesh, surface: &SurfaceDistance) -> f64 {
         .iter()
         .map(|s| surface.signed_or_guessed(&s.point))
         .fold(0.0, f64::max)
-}
-
-/// Whether a convex mesh stands out of a surface by more than `limit`, m, at any of a few spread points.
-pub(super) fn protrudes(hull: &Mesh, surface: &SurfaceDistance, limit: f64) -> bool {
-    let mut rng = rng_for(Seed(0), "protrudes");
-    sample_surface(hull, 80, &mut rng)
-        .iter()
-        .any(|s| surface.signed_or_guessed(&s.point) > limit)
-}
-
-/// Voxels along the longest side.
-fn resolution(mesh: &Mesh, voxel: f64) -> u32 {
-    let longest = mesh.bounds().map_or(0.0, |(lo, hi)| (hi - lo).max());
-    (longest / voxel).clamp(40.0, 80.0) as u32
-}
-
-/// The turn that gives the mesh the smallest box: none if that is nearly as good, about z, or onto principal axes.
-fn box_rotation(mesh: &Mesh) -> Isometry3<f64> {
-    let volume = |r: &Rotation3<f64>| {
-        let turned = mesh.vertices.iter().map(|v| (r * v).coords);
-        let first = Vector3::repeat(f64::INFINITY);
-        let (lo, hi) = turned.fold((first, -first), |(lo, hi), v| (lo.inf(&v), hi.sup(&v)));
-        (hi - lo).product()
-    };
-    let yaw = |degrees: f64| Rotation3::from_axis_angle(&Vector3::z_axis(), degrees.to_radians());
-    let least = |candidates: &[Rotation3<f64>]| {
-        let rated = candidates.iter().map(|r| (volume(r), *r));
-        rated
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .unwrap_or((f64::INFINITY, Rotation3::identity()))
-    };
-    let coarse: Vec<f64> = (0..30).map(|i| f64::from(3 * i)).collect();
-    let start = coarse
-        .iter()
-        .copied()
-        .min_by(|a, b| volume(&yaw(*a)).total_cmp(&volume(&yaw(*b))));
-    let fine: Vec<_> = (-20..=20)
-        .map(|i| yaw(start.unwrap_or(0.0) + 0.1 * f64::from(i)))
-        .collect();
-    let best = [least(&fine), least(&[principal_axes(mesh)])];
-    let best = if best[1].0 < 0.98 * best[0].0 { best[1] } else { best[0] };
-    let turn = if best.0 < 0.98 * volume(&Rotation3::identity()) {
-        best.1
-    } else {
-        Rotation3::identity()
-    };
-    Isometry3::from_parts(Vector3::zeros().into(), UnitQuaternion::from_rotation_matrix(&turn))
-}
-
-fn principal_axes(mesh: &Mesh) -> Rotation3<f64> {
-    let count = mesh.vertices.len().max(1) as f64;
-    let mean = mesh.vertices.iter().map(|v| v.coords).sum::<Vector3<f64>>() / count;
-    let spread: Matrix3<f64> = mesh
-        .vertices
-        .iter()
-        .map(|v| (v.coords - mean) * (v.coords - mean).transpose())
-        .sum();
-    let mut axes = spread.symmetric_eigen().eigenvectors;
-    if axes.determinant() < 0.0 {
-        axes.column_mut(2).neg_mut();
-    }
-    Rotation3::from_matrix_unchecked(axes.transpose())
 }

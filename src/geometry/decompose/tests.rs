@@ -47,6 +47,13 @@ fn convex_things_are_one_part() {
             "rough box",
             rough(&subdivided(&subdivided(&subdivided(&cuboid([0.1, 0.2, 0.05])))), 2e-4),
         ),
+        (
+            "very rough board",
+            rough(
+                &subdivided(&subdivided(&subdivided(&cuboid([0.13, 0.018, 0.04])))),
+                8e-4,
+            ),
+        ),
     ] {
         let parts = parts_of(&mesh);
         assert_eq!(parts.len(), 1, "{name}");

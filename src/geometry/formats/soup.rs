@@ -39,7 +39,7 @@ impl Soup {
             vertices: self.vertices,
             triangles,
             colors: self.colors,
-            seen: Vec::new(),
+            ..Mesh::default()
         };
         mesh.subset(|i| {
             let [a, b, c] = mesh.triangles[i];

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 
 use super::Config;
+use super::coast::{Coast, Shape, coast_of};
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
 use super::push::{Plane, Push, read_push};
@@ -18,6 +19,8 @@ use crate::twin::Twin;
 pub(super) struct Facts {
     pub weighings: Vec<Weighing>,
     pub slides: Vec<Slide>,
+    /// Ends of pushes in which the link slid on by itself.
+    pub coasts: Vec<Coast>,
     /// Pushes in which the link moved alone.
     pub pushes: Vec<Push>,
     /// Pushes in which other links moved along as one rigid group.
@@ -81,6 +84,7 @@ pub(super) fn gather(
     segmented: &[Segmented],
     ground: &Ground,
     twin: &Twin,
+    shapes: &BTreeMap<String, Shape>,
     config: &Config,
     notices: &mut Notices,
 ) -> BTreeMap<String, Facts> {
@@ -93,7 +97,8 @@ pub(super) fn gather(
             continue;
         };
         let entry = facts.entry(link.to_string()).or_default();
-        let read = read_one(interaction, cut, link, ground, twin, config, entry);
+        let shape = shapes.get(link);
+        let read = read_one(interaction, cut, link, ground, twin, shape, config, notices, entry);
         // A motion without a force was never meant to tell of matter.
         if !read && (interaction.force.is_some() || interaction.support_path.is_some()) {
             notices.note(
@@ -111,13 +116,16 @@ pub(super) fn gather(
 }
 
 /// Reads one interaction into the facts of its link; false where it said nothing.
+#[expect(clippy::too_many_arguments, reason = "one row of the table of kinds")]
 fn read_one(
     interaction: &Interaction,
     cut: &Segmented,
     link: &str,
     ground: &Ground,
     twin: &Twin,
+    shape: Option<&Shape>,
     config: &Config,
+    notices: &mut Notices,
     facts: &mut Facts,
 ) -> bool {
     match interaction.kind {
@@ -133,14 +141,27 @@ fn read_one(
         }
         Kind::Press => {
             let found = press_of(interaction, cut, link, &-ground.plane.normal);
+            if let Some(words) = found.as_ref().and_then(|f| f.beyond.clone()) {
+                notices.note(
+                    "estimation",
+                    &interaction.name,
+                    format!("`{link}` where it was pressed: {words}"),
+                );
+            }
             facts.presses.extend(found.clone());
             found.is_some()
         }
         Kind::Push | Kind::Pull => {
+            let company = company(interaction, cut, link, twin);
+            let alone = matches!(company, Company::Alone) && interaction.kind == Kind::Push;
+            let coast = shape.filter(|_| alone);
+            let coast = coast.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
+            let coasted = coast.is_some();
+            facts.coasts.extend(coast);
             let Some(push) = read_push(interaction, cut, link, &ground.plane, config) else {
-                return false;
+                return coasted;
             };
-            match company(interaction, cut, link, twin) {
+            match company {
                 Company::Alone => facts.pushes.push(push),
                 Company::Rigid(others) => facts.shared.push((others, push)),
                 Company::Jointed => {}

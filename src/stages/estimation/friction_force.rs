@@ -23,6 +23,10 @@ pub(super) struct Sliding {
     pub centre: ([f64; 3], [f64; 3]),
     /// No pose between before and after was seen in any of the pushes.
     pub bridged: bool,
+    /// Friction force of each push, N, with its own standard deviation.
+    pub trials: Vec<(String, (f64, f64))>,
+    /// Standard deviation that all of them share, N.
+    pub common: f64,
 }
 
 /// Friction force, torsional radius and friction centre from the pushes of a link that moved alone.
@@ -93,6 +97,8 @@ pub(super) fn sliding_from(
         centre: (surface.centre, surface.centre_sd),
         bridged,
         kinetic,
+        trials: pushes.iter().map(|p| p.interaction.clone()).zip(trials).collect(),
+        common,
     })
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::Config;
 use super::body::{fill_inertial, write_centre, write_presses};
 use super::chain::fit_chains;
+use super::coast::Shape;
 use super::facts::{Facts, Ground, gather, ground_of};
 use super::finger::fit_fingers;
 use super::joint::joint_dynamics;
@@ -27,8 +28,9 @@ pub fn identify(
 ) -> Result<()> {
     config.check()?;
     let ground = ground_of(capture, &model.twin);
-    let facts = gather(capture, segmented, &ground, &model.twin, config, notices);
     let befores = befores(capture, model)?;
+    let shapes = shapes(model, &befores, &ground);
+    let facts = gather(capture, segmented, &ground, &model.twin, &shapes, config, notices);
     for (name, found) in &facts {
         write_link(model, name, found, &befores, &ground, config, notices);
     }
@@ -70,6 +72,16 @@ fn write_link(
     };
     conclude(link, facts, before, ground, config, notices);
     write_presses(link, facts);
+}
+
+/// What the shape says of how a link coasts.
+fn shapes(model: &Model, befores: &BTreeMap<String, Before>, ground: &Ground) -> BTreeMap<String, Shape> {
+    let of = |(name, before): (&String, &Before)| {
+        let link = model.twin.link(name)?;
+        let normal = link.pose.rotation.inverse() * ground.plane.normal;
+        Some((name.clone(), before.shape(&normal)))
+    };
+    befores.iter().filter_map(of).collect()
 }
 
 /// What is known beforehand of every link.

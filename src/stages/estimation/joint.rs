@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
 
 use super::Config;
 use super::drag::{Drag, less_drag, parted_friction, table_drag};
+use super::drive::{Drive, drive_of};
 use super::evidence::{mean_wrench, motion_at, tare_of, tool_at};
 use super::facts::{Ground, subject};
 use super::parting::{Parted, part};
@@ -61,7 +62,10 @@ pub(super) fn joint_dynamics(
         }
         let drag = table_drag(&joint, model, ground);
         let parted = part(capture, segmented, &joint, model, ground, config);
-        let found = conclude(&trials, drag, parted, &joint, notices);
+        let mut found = conclude(&trials, drag, parted, &joint, notices);
+        if let Some(driven) = drive_of(capture, segmented, &joint, model) {
+            write_drive(&driven, &joint, model, &mut found, notices);
+        }
         for body in &mut model.twin.bodies {
             for target in body
                 .joints
@@ -71,6 +75,27 @@ pub(super) fn joint_dynamics(
                 (target.friction, target.damping, target.stiffness) = found.clone();
             }
         }
+    }
+}
+
+/// A slide whose inertia shows: mass of the child, friction and damping of the joint.
+fn write_drive(driven: &Drive, joint: &Joint, model: &mut Model, found: &mut Dynamics, notices: &mut Notices) {
+    let estimate = |v: [f64; 3], unit: &str| {
+        Estimate::measured(v[0], v[1], unit, driven.from.clone(), "joint-drive")
+            .with_interval([v[0] - v[2], v[0] + v[2]])
+    };
+    found.0 = Some(estimate(driven.friction, "N"));
+    found.1 = Some(estimate(driven.damping, "N·s/m"));
+    if let Some(link) = model.twin.link_mut(&joint.child) {
+        link.mass = Some(estimate(driven.mass, "kg"));
+    }
+    let [constant, _, half] = driven.constant;
+    if constant.abs() > half {
+        let message = format!(
+            "a constant force of {constant:.3} ± {half:.3} N acts along the joint beside friction: a bias of the sensor, \
+             or a slope"
+        );
+        notices.note(STAGE, &joint.name, message);
     }
 }
 

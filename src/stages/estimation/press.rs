@@ -8,11 +8,14 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::evidence::{tare_of, tool_at};
+use super::squeeze::{Course, Squeezed, squeeze};
 use crate::capture::{Interaction, PhaseKind, Segmented};
 use crate::math::{LinearFit, effective_samples, interpolate, median, robust_linear};
 
 /// By how much force and position may be out of step, s.
 const LAG: f64 = 4e-3;
+/// How long before and after contact a press is compared, s.
+const BEYOND: f64 = 0.1;
 
 /// Stiffness and damping from one press.
 #[derive(Clone, Debug)]
@@ -22,6 +25,8 @@ pub(super) struct Press {
     pub seen: (f64, f64),
     /// N·s/m as the tool sees it, where it stands out.
     pub damping: Option<(f64, f64)>,
+    /// What it does beyond a linear spring with damping, in words.
+    pub beyond: Option<String>,
     /// Share of the tool's travel by which the body's frame moved, where it moved.
     pub share: Option<(f64, f64)>,
 }
@@ -34,7 +39,7 @@ struct Rows {
     speed: Vec<f64>,
 }
 
-fn rows_of(interaction: &Interaction, segmented: &Segmented, direction: &Vector3<f64>) -> Option<Rows> {
+fn rows_of(interaction: &Interaction, segmented: &Segmented, direction: &Vector3<f64>, beyond: f64) -> Option<Rows> {
     let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
     let tare = tare_of(interaction, segmented);
     let stick = segmented.of(PhaseKind::Stick).next()?;
@@ -47,7 +52,7 @@ fn rows_of(interaction: &Interaction, segmented: &Segmented, direction: &Vector3
     };
     for i in 0..stream.time.len() {
         let t = stream.time[i];
-        if t < stick.start || t > stick.end || !stream.force[i].x.is_finite() {
+        if t < stick.start - beyond || t > stick.end + beyond || !stream.force[i].x.is_finite() {
             continue;
         }
         let (Some(p), Some(fit)) = (
@@ -113,6 +118,19 @@ fn share_of_frame(
     Some((fit.x[1], fit.sd(1)))
 }
 
+/// Hardening and relaxation in words; nothing where there is none.
+fn described(found: Squeezed) -> Option<String> {
+    let hardening = found.hardening.map(|(a, sd)| {
+        let way = if a > 0.0 { "hardens" } else { "softens" };
+        format!("it {way}: F = k u (1 + a u) with a = {a:.1} ± {sd:.1} 1/m")
+    });
+    let relaxing = found.relaxing.map(|((s, s_sd), (tau, tau_sd))| {
+        format!("a share of {s:.3} ± {s_sd:.3} of its stiffness relaxes with tau = {tau:.3} ± {tau_sd:.3} s")
+    });
+    let words: Vec<String> = [hardening, relaxing].into_iter().flatten().collect();
+    (!words.is_empty()).then(|| words.join("; "))
+}
+
 /// Stiffness and damping from one press; `None` where nothing was squeezed.
 pub(super) fn press_of(
     interaction: &Interaction,
@@ -121,7 +139,7 @@ pub(super) fn press_of(
     down: &Vector3<f64>,
 ) -> Option<Press> {
     let direction = pressing_direction(interaction, segmented).unwrap_or(*down);
-    let rows = rows_of(interaction, segmented, &direction)?;
+    let rows = rows_of(interaction, segmented, &direction, 0.0)?;
     let largest = crate::math::quantile(&rows.force, 0.95)?;
     let noise = segmented.force_noise.unwrap_or(0.0);
     if largest < 10.0 * noise {
@@ -141,11 +159,26 @@ pub(super) fn press_of(
     if seen.0.is_nan() || seen.0 <= 3.0 * seen.1 {
         return None;
     }
+    let course = rows_of(interaction, segmented, &direction, BEYOND).map(|r| Course {
+        time: r.time,
+        force: r.force,
+        travel: r.travel,
+        speed: r.speed,
+        noise: noise.max(1e-3),
+    });
+    let contact = rows.travel[0] - fit.x[0] / seen.0;
+    let simulated = course.and_then(|c| squeeze(&c, seen.0, contact));
+    // The straight line is the check: a simulated law far from it has gone astray.
+    let simulated = simulated.filter(|s| (s.stiffness.0 / seen.0).ln().abs() < 0.4);
     let moved = share_of_frame(interaction, target, &direction, &rows).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
     Some(Press {
         interaction: interaction.name.clone(),
-        seen: (seen.0, seen.1.hypot(0.003 * seen.0)),
-        damping: clear.then(|| (fit.x[2], damping_sd)),
+        seen: simulated.map_or((seen.0, seen.1.hypot(0.003 * seen.0)), |s| s.stiffness),
+        damping: match simulated {
+            Some(s) => (s.damping.0 > 3.0 * s.damping.1).then_some(s.damping),
+            None => clear.then(|| (fit.x[2], damping_sd)),
+        },
+        beyond: simulated.and_then(described),
         share: moved,
     })
 }

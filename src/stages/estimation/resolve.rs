@@ -3,6 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::Config;
+use super::coast::Shape;
+use super::combine::combine;
 use super::facts::{Facts, Ground};
 use super::friction_force::{Sliding, sliding_of};
 use super::pool::{pooled, positive, relative_sd};
@@ -51,6 +53,20 @@ impl Before<'_> {
         match &self.solid {
             Some(s) => (s.centroid, (0.12 * s.extent).map(|x| x.max(1e-3))),
             None => (Point3::origin(), Vector3::repeat(0.03)),
+        }
+    }
+
+    /// How it coasts on a support whose normal in the link frame is given: uniform density, the radius of its extent.
+    pub fn shape(&self, normal: &Vector3<f64>) -> Shape {
+        let torsional_radius = self.radius(normal).0;
+        let about = self
+            .solid
+            .as_ref()
+            .map(|s| (normal.dot(&(s.inertia * normal)) / s.volume).sqrt());
+        Shape {
+            centre: self.centre().0,
+            torsional_radius,
+            gyration_radius: about.unwrap_or(torsional_radius).max(1e-3),
         }
     }
 
@@ -107,6 +123,7 @@ pub(super) fn conclude(
         write_sliding(link, &sliding, guessed, prior.weight);
         write_friction_centre(link, &sliding, &centre_sd, &local_normal);
         part(link, before, g, config);
+        combine(link, facts, &sliding, before, g, config, notices);
     } else if link.friction.kinetic.is_none() {
         note_given_friction(link, before);
     }
@@ -122,7 +139,7 @@ fn weigh_in(link: &mut Link, facts: &Facts) {
     }
 }
 
-/// Friction coefficients from tilts (eqs. 3 and 4).
+/// Friction coefficients from tilts (eqs. 3 and 4) and from coasting.
 fn slide_down(link: &mut Link, facts: &Facts, config: &Config) {
     let from: Vec<String> = facts.slides.iter().map(|s| s.interaction.clone()).collect();
     let of = |pick: fn(&super::tilt::Slide) -> (f64, f64)| facts.slides.iter().map(pick).collect::<Vec<_>>();
@@ -134,14 +151,15 @@ fn slide_down(link: &mut Link, facts: &Facts, config: &Config) {
         from.clone(),
         "tilt-static",
     );
-    link.friction.kinetic = pooled(
-        &of(|s| s.kinetic),
-        config.friction_scatter,
-        0.0,
-        "1",
-        from,
-        "tilt-slide",
-    );
+    let coasted: Vec<(f64, f64)> = facts.coasts.iter().map(|c| c.kinetic).collect();
+    let method = match (facts.slides.is_empty(), coasted.is_empty()) {
+        (_, true) => "tilt-slide",
+        (true, false) => "coast",
+        (false, false) => "tilt-slide, coast",
+    };
+    let trials = [of(|s| s.kinetic), coasted].concat();
+    let from = [from, facts.coasts.iter().map(|c| c.interaction.clone()).collect()].concat();
+    link.friction.kinetic = pooled(&trials, config.friction_scatter, 0.0, "1", from, method);
 }
 
 fn write_sliding(link: &mut Link, sliding: &Sliding, guessed_weight: bool, weight: f64) {

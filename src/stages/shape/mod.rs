@@ -1,10 +1,13 @@
 //! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
 
 mod anchor;
+mod complete;
 mod config;
 mod discover;
+mod free;
 mod furnish;
 mod fuse;
+mod fusion;
 mod lens;
 mod range;
 mod reconstruct;
@@ -24,6 +27,9 @@ mod walls;
 mod tests;
 
 pub use crate::geometry::{Mesh, Silhouette};
+pub use complete::FindSymmetry;
 pub use config::Config;
+pub use free::FreeSpace;
 pub use furnish::furnish;
-pub use reconstruct::{ShapedObject, Shapes, reconstruct, seen_surface};
+pub use fusion::{Fusion, FusionConfig};
+pub use reconstruct::{ShapedObject, Shapes, reconstruct, reconstruct_with, seen_surface};

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Config;
 use super::anchor::{anchors, origins};
+use super::complete::{Context, FindSymmetry, claim, complete};
 use super::discover::{Thing, discover, give_names, standing, without_crumbs};
 use super::fuse::{blocks_near_points, integrate, ranges};
 use super::range::Range;
@@ -14,12 +15,12 @@ use super::solid::Part;
 use super::split::{Split, split};
 use super::support::{Ground, find_support};
 use super::surface::open_surface;
-use super::volume::{FOREIGN, Volume};
+use super::volume::Volume;
 use super::walls::clear_walls;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
 use crate::geometry::{Field, Mesh, Silhouette, parse_mesh, simplify, submesh};
-use crate::twin::{Superquadric, SupportPlane};
+use crate::twin::{Superquadric, SupportPlane, Symmetry};
 
 /// Most blocks of a sparse field: bounds its memory near 200 MB.
 const MOST_BLOCKS: usize = 14_000;
@@ -68,6 +69,19 @@ pub struct ShapedObject {
 /// # Errors
 /// Settings that cannot work, and a `bodies` mesh that cannot be read.
 pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) -> Result<Shapes> {
+    reconstruct_with(capture, config, &|_, _, _| Ok(Symmetry::default()), notices)
+}
+
+/// As `reconstruct`; what was not seen of a thing is completed by the symmetry that `find` is sure of.
+///
+/// # Errors
+/// As `reconstruct`, and those of `find`.
+pub fn reconstruct_with(
+    capture: &Capture,
+    config: &Config,
+    find: &FindSymmetry,
+    notices: &mut Notices,
+) -> Result<Shapes> {
     config.check()?;
     let anchors = anchors(capture);
     let given = given_meshes(capture, &anchors, notices)?;
@@ -100,7 +114,7 @@ pub fn reconstruct(capture: &Capture, config: &Config, notices: &mut Notices) ->
     for name in give_names(&mut things, named) {
         notices.note("shape", &name, "it is tracked, but the views do not show it");
     }
-    let seen = make_solids(&ranges, (&things, &room), config, floor, &ground, notices);
+    let seen = make_solids(&ranges, (&things, &room), config, floor, (&ground, find), notices)?;
     let mut objects = name_and_place(seen, &anchors, &ground.world_from_field);
     put_given(&mut objects, given);
     Ok(Shapes {
@@ -216,13 +230,23 @@ fn make_solids(
     (things, room): (&[Thing], &Mesh),
     config: &Config,
     floor: f64,
-    ground: &Ground,
+    (ground, find): (&Ground, &FindSymmetry),
     notices: &mut Notices,
-) -> Vec<Solid> {
+) -> Result<Vec<Solid>> {
     let mut solids = Vec::new();
     for (i, thing) in things.iter().enumerate() {
         let parts = split(thing, config.voxel, notices);
-        let volume = volume_of(ranges, (things, room), i, &parts, config, floor, notices);
+        let mut volume = volume_of(ranges, (things, room), i, &parts, config, floor, notices);
+        if let [] | [_] = &thing.named[..] {
+            let context = Context {
+                things,
+                room,
+                which: i,
+                parts: &parts,
+                ground,
+            };
+            complete(&mut volume, &context, config.truncation, find, notices)?;
+        }
         for body in 0..thing.named.len().max(1) as u32 {
             let part = Part {
                 volume: &volume,
@@ -241,7 +265,7 @@ fn make_solids(
             }
         }
     }
-    solids
+    Ok(solids)
 }
 
 fn volume_of(
@@ -271,15 +295,7 @@ fn volume_of(
         notices.note("shape", about, words);
     }
     let mut volume = Volume::build(ranges, voxel, config.truncation * voxel, floor, bounds);
-    let foreign: Vec<Vec<u32>> = things.iter().map(|t| vec![FOREIGN; t.surface.vertices.len()]).collect();
-    let walls = vec![FOREIGN; room.vertices.len()];
-    let mut surfaces: Vec<(&Mesh, &[u32])> = things
-        .iter()
-        .enumerate()
-        .map(|(j, t)| (&t.surface, if j == which { &parts.labels[..] } else { &foreign[j][..] }))
-        .collect();
-    surfaces.push((room, &walls[..]));
-    volume.claim(&surfaces);
+    claim(&mut volume, things, room, which, parts);
     volume
 }
 

@@ -7,8 +7,8 @@ use nalgebra::{Point3, Vector3};
 use super::surface::edge_color;
 use super::volume::Volume;
 use crate::geometry::{
-    GridEdge, Mesh, Plane, cap_at_zero, cut_below, edge_defects, march_cell, submesh, unique_edges, vertex_components,
-    weld,
+    GridEdge, Mesh, Origin, Plane, cap_at_zero, cut_below, edge_defects, march_cell, submesh, unique_edges,
+    vertex_components, weld,
 };
 
 /// Pieces smaller than this share of the largest are dropped.
@@ -48,14 +48,16 @@ impl Part<'_> {
         let (mesh, edges) = self.extract(footed);
         let (mesh, edges) = largest_pieces(mesh, edges)?;
         let mut mesh = self.paint(mesh, &edges);
-        for (p, seen) in mesh
+        let mut origins = mesh.origins();
+        for (p, origin) in mesh
             .vertices
             .iter_mut()
-            .zip(&mut mesh.seen)
+            .zip(&mut origins)
             .filter(|(p, _)| footed && p.z.abs() < 1e-9)
         {
-            (p.z, *seen) = (0.0, false);
+            (p.z, *origin) = (0.0, Origin::Closed);
         }
+        mesh.set_origins(&origins);
         Some(mesh)
     }
 
@@ -150,6 +152,22 @@ impl Part<'_> {
             })
     }
 
+    /// Where the surface at a grid edge comes from: where it was not seen, an image of what was may have made it.
+    fn origin(&self, edge: &GridEdge) -> Origin {
+        if self.was_seen(edge) {
+            return Origin::Seen;
+        }
+        let near = 1.5 * self.volume.field.voxel;
+        let is_image = |i: &[i32; 3]| {
+            let at = self.volume.at_global(*i);
+            at.is_some_and(|at| self.volume.mirrored[at] && f64::from(self.volume.distance[at]).abs() < near)
+        };
+        match [edge.corner, edge.end()].iter().any(is_image) {
+            true => Origin::Mirrored,
+            false => Origin::Closed,
+        }
+    }
+
     /// The grid edge at or above the layer down to which the thing was seen clear of the support.
     fn raised(&self, edge: &GridEdge) -> GridEdge {
         let mut raised = *edge;
@@ -158,7 +176,8 @@ impl Part<'_> {
     }
 
     fn paint(&self, mut mesh: Mesh, edges: &[GridEdge]) -> Mesh {
-        mesh.seen = edges.iter().map(|e| self.was_seen(e)).collect();
+        let origins: Vec<Origin> = edges.iter().map(|e| self.origin(e)).collect();
+        mesh.set_origins(&origins);
         let own = edges.iter().zip(&mesh.seen);
         let colors: Vec<Option<[u8; 3]>> = own
             .map(|(e, seen)| seen.then(|| edge_color(&self.volume.field, &self.raised(e))).flatten())
@@ -263,10 +282,11 @@ fn stand(mesh: &Mesh, clearance: f64) -> Option<Mesh> {
         cut.colors = source.iter().map(|v| mesh.colors[from(v)]).collect();
     }
     let above = cut.vertices.iter().map(|p| p.z > 0.0);
-    cut.seen = source
+    let origins: Vec<Origin> = source
         .iter()
         .zip(above)
-        .map(|(v, above)| above && mesh.seen[from(v)])
+        .map(|(v, above)| if above { mesh.origin(from(v)) } else { Origin::Closed })
         .collect();
+    cut.set_origins(&origins);
     Some(cut)
 }

@@ -27,6 +27,8 @@ pub struct Volume {
     pub distance: Vec<f32>,
     /// Whether the distance was observed, rather than concluded.
     pub observed: Vec<bool>,
+    /// Whether the distance is that of an image of an observed sample.
+    pub mirrored: Vec<bool>,
     /// The body that an inside voxel belongs to.
     pub owner: Vec<u32>,
 }
@@ -59,12 +61,22 @@ impl Volume {
             size,
             distance: vec![0.0; count],
             observed: vec![false; count],
+            mirrored: vec![false; count],
             owner: vec![NOBODY; count],
         };
-        volume.decide_columns(truncation as f32);
-        volume.continue_below();
-        volume.fill_voids(voxel as f32);
+        volume.decide_with(&[], truncation as f32);
         volume
+    }
+
+    /// Decides every sample: as observed, else as `filled` says (which may be empty), else by its column. Nobody owns
+    /// anything afterwards.
+    pub fn decide_with(&mut self, filled: &[Option<f32>], truncation: f32) {
+        self.owner.fill(NOBODY);
+        self.observed.fill(false);
+        self.mirrored.fill(false);
+        self.decide_columns(filled, truncation);
+        self.continue_below(filled);
+        self.fill_voids(self.field.voxel as f32);
     }
 
     /// Position of a voxel in the arrays.
@@ -94,7 +106,7 @@ impl Volume {
         [x, y, z].iter().zip(self.size).any(|(i, n)| *i == 0 || *i + 1 == n)
     }
 
-    fn decide_columns(&mut self, truncation: f32) {
+    fn decide_columns(&mut self, filled: &[Option<f32>], truncation: f32) {
         for x in 0..self.size[0] {
             for y in 0..self.size[1] {
                 let mut inside = false;
@@ -107,6 +119,10 @@ impl Volume {
                         self.distance[at] = if distance.abs() < 1e-7 { 1e-7 } else { distance };
                         self.observed[at] = true;
                         inside = distance < 0.0;
+                    } else if let Some(distance) = filled.get(at).copied().flatten() {
+                        self.distance[at] = distance;
+                        self.mirrored[at] = true;
+                        inside = distance < 0.0;
                     } else {
                         inside &= !sample.is_free();
                         self.distance[at] = if inside { -truncation } else { truncation };
@@ -116,7 +132,7 @@ impl Volume {
         }
     }
 
-    fn continue_below(&mut self) {
+    fn continue_below(&mut self, filled: &[Option<f32>]) {
         let Some(layer) = usize::try_from(self.clear - self.low[2])
             .ok()
             .filter(|l| *l < self.size[2])
@@ -127,6 +143,14 @@ impl Volume {
         for z in 0..layer {
             self.distance.copy_within(layer * plane..(layer + 1) * plane, z * plane);
             self.observed.copy_within(layer * plane..(layer + 1) * plane, z * plane);
+            self.mirrored.copy_within(layer * plane..(layer + 1) * plane, z * plane);
+        }
+        for (at, distance) in filled.iter().enumerate().take(layer * plane) {
+            if let Some(distance) = distance {
+                self.distance[at] = *distance;
+                self.observed[at] = false;
+                self.mirrored[at] = true;
+            }
         }
     }
 
@@ -158,6 +182,7 @@ impl Volume {
             if !open && self.distance[at] > 0.0 {
                 self.distance[at] = -voxel;
                 self.observed[at] = false;
+                self.mirrored[at] = false;
             }
         }
     }

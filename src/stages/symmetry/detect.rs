@@ -1,143 +1,174 @@
 //! The verb of the symmetry pass.
 
-use nalgebra::{Matrix3, Unit, Vector3};
+use nalgebra::{DMatrix, Vector3};
 
-use super::Config;
-use super::mirror::{Mirror, Plane};
-use super::revolution::{axes, representatives};
+use super::judge::Verdict;
+use super::motion::{Kind, Motion};
+use super::surface::Surface;
+use super::{Config, Evidence, candidates, family, state};
 use crate::base::{Notices, Result};
 use crate::geometry::{Mesh, simplify};
-use crate::twin::SymmetryPlane;
+use crate::twin::Symmetry;
 
-/// Points and widening of the tolerance while directions are compared.
-const COARSE_POINTS: usize = 100;
-const COARSE_WIDTH: f64 = 4.0;
-/// Local best directions that are followed up.
-const FOLLOWED: usize = 14;
-/// Planes whose normals are nearer than this (cosine of 5°) are one.
-const SAME: f64 = 0.9962;
-/// Never more planes than a cube has.
-const MAX_PLANES: usize = 9;
+/// Triangles above which a mesh is simplified first: more say nothing more about symmetry.
+const MOST_TRIANGLES: usize = 20_000;
+/// Two motions of one kind within this sine and this share of the diagonal are one.
+const SAME: (f64, f64) = (0.06, 0.05);
+/// A rough motion within these of one that was refined ends there too.
+const AGAIN: (f64, f64) = (0.035, 0.02);
+/// More planes and axes than a cube has are of no use to anyone.
+const MOST: usize = 13;
 
-/// Planes of reflection of `mesh`, best first; none for a shape that has none.
+/// A motion that holds.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    pub motion: Motion,
+    pub verdict: Verdict,
+    /// Of its tilts and shifts.
+    pub covariance: Option<DMatrix<f64>>,
+}
+
+/// What leaves the shape of `mesh` as it is: planes of reflection, axes of rotation, the centre of a ball, each best
+/// first and with intervals; nothing for a shape that has none. `about` is what notices call it.
 ///
-/// Directions over the half sphere and principal axes are rated by mirroring the seen surface onto the whole one
-/// (after Podolak et al. 2006 and, for the unseen part, Thrun & Wegbreit 2005), the best are refined by ICP. A
-/// shape from the lathe has a family of planes through its axis, of which two stand for all; a ball gets three.
-/// At equal score upright planes (in the mesh's frame) come first.
+/// Only surface that was seen votes, and only where it falls on surface that was seen, on a closed foot, or where
+/// `evidence` knows that there is none: the half that nobody saw neither helps nor hurts (Thrun & Wegbreit 2005).
+/// Candidates (principal axes, even directions, voting pairs, slippage) are rated on a coarse table, refined by
+/// iterated closest points, and judged by the share of votes and by the largest patch without an image.
 ///
 /// # Errors
 /// `Usage` for settings that cannot work.
-pub fn detect(mesh: &Mesh, config: &Config, notices: &mut Notices) -> Result<Vec<SymmetryPlane>> {
+pub fn detect(
+    about: &str,
+    mesh: &Mesh,
+    evidence: &Evidence,
+    config: &Config,
+    notices: &mut Notices,
+) -> Result<Symmetry> {
     config.check()?;
-    // Tens of thousands of triangles slow every query down and say nothing more about symmetry.
-    let slim = (mesh.triangles.len() > 20_000).then(|| simplify(mesh, 1e-4));
-    let Some(mirror) = Mirror::new(slim.as_ref().unwrap_or(mesh), config) else {
-        return Ok(Vec::new());
+    let slim = (mesh.triangles.len() > MOST_TRIANGLES).then(|| simplify(mesh, 1e-4));
+    let Some(surface) = Surface::new(slim.as_ref().unwrap_or(mesh), evidence, config) else {
+        return Ok(Symmetry::default());
     };
-    let planes = accepted(&mirror, config);
-    let axes = axes(&mirror, &planes, config.min_score);
-    if !axes.is_empty() {
-        let turned = if axes.len() == 1 { "turned on a lathe" } else { "a ball" };
+    let lathes = lathes(&surface, config);
+    if let Some(ball) = ball(&surface, &lathes, config) {
         notices.note(
             "symmetry",
-            "shape",
-            format!("it looks like {turned}: its planes stand for a whole family"),
+            about,
+            "it looks like a ball: three planes and axes stand for all through its centre",
         );
+        return Ok(state::ball(&surface, &ball));
     }
-    let mut scored: Vec<(f64, Plane)> = representatives(&axes, &planes)
-        .iter()
-        .map(|p| mirror.refined(p, usize::MAX, 5, 2.0))
-        .map(|p| (mirror.reflection_score(&p, 600, 1.0), p))
-        .filter(|(score, _)| *score >= config.min_score)
-        .collect();
-    // Scores are compared in steps, so that noise does not put a lying plane before an upright one.
-    scored.sort_by_key(|(score, p)| {
-        (
-            -(score * 25.0).round() as i64,
-            p.normal.z.abs() > 0.1,
-            -(score * 1e6) as i64,
-        )
-    });
-    Ok(scored
-        .iter()
-        .take(MAX_PLANES)
-        .map(|(score, p)| in_mesh(&mirror, p, *score))
-        .collect())
+    if let Some(axis) = lathes.into_iter().next() {
+        notices.note(
+            "symmetry",
+            about,
+            "it looks like turned on a lathe: two planes through its axis stand for all of them",
+        );
+        let across = across(&surface, &axis, config);
+        return Ok(state::lathe(&surface, &axis, across.as_ref()));
+    }
+    let planes = planes(&surface, config);
+    let axes = axes(&surface, &planes, config);
+    Ok(state::plain(&surface, &planes, &axes, MOST))
 }
 
-/// Refined planes over the score, no two alike, best first.
-fn accepted(mirror: &Mirror, config: &Config) -> Vec<Plane> {
-    let mut rated: Vec<(f64, Plane)> = candidates(mirror, config)
-        .iter()
-        .map(|p| mirror.refined(p, 250, 7, 2.0 * COARSE_WIDTH))
-        .map(|p| (mirror.reflection_score(&p, 250, 1.0), p))
-        .filter(|(score, _)| *score >= 0.8 * config.min_score)
-        .map(|(_, p)| mirror.refined(&p, 600, 3, 2.0))
-        .map(|p| (mirror.reflection_score(&p, 600, 1.0), p))
-        .filter(|(score, _)| *score >= config.min_score)
-        .collect();
-    rated.sort_by(|a, b| b.0.total_cmp(&a.0));
-    distinct(rated.into_iter().map(|(_, p)| p), SAME, usize::MAX)
+impl Found {
+    /// Refines in ever narrower widths; nothing where the votes are against it in the end.
+    /// Motions that come out near one of `known` are left, since it has been found.
+    fn from(surface: &Surface, rough: &Motion, known: &[Self], config: &Config) -> Option<Self> {
+        let t = surface.tolerance;
+        let wide = 0.05 * surface.diagonal;
+        let motion = surface.roughly_refined(rough, 350, &[2.0 * wide, 1.5 * wide, wide, wide, 0.7 * wide]);
+        let again = known
+            .iter()
+            .any(|k| k.motion.is_near(&motion, AGAIN.0, AGAIN.1 * surface.diagonal));
+        if again || surface.rough_score(&motion, 250, 0.6 * wide) < 0.45 {
+            return None;
+        }
+        let motion = surface.refined(&motion, 350, &[wide.max(4.0 * t), wide.max(4.0 * t), 4.0 * t, 3.0 * t]);
+        let motion = surface.refined(&motion, usize::MAX, &[2.5 * t, 2.0 * t, 2.0 * t, 2.0 * t]);
+        let verdict = surface.judged(&motion);
+        verdict.holds(surface, config).then_some(Self {
+            motion,
+            verdict,
+            covariance: None,
+        })
+    }
+
+    /// With the covariance, which only those need that are told.
+    fn measured(mut self, surface: &Surface) -> Self {
+        self.covariance = surface.covariance(&self.motion);
+        self
+    }
+
+    fn is_near(&self, other: &Motion, surface: &Surface) -> bool {
+        self.motion.is_near(other, SAME.0, SAME.1 * surface.diagonal)
+    }
 }
 
-/// Keeps the first of planes whose normals are alike, up to `most`.
-fn distinct(planes: impl Iterator<Item = Plane>, same: f64, most: usize) -> Vec<Plane> {
-    let mut kept: Vec<Plane> = Vec::new();
-    for p in planes {
-        if kept.len() < most && kept.iter().all(|k| k.normal.dot(&p.normal).abs() < same) {
-            kept.push(p);
+fn lathes(surface: &Surface, config: &Config) -> Vec<Found> {
+    let mut found: Vec<Found> = Vec::new();
+    for rough in candidates::lathe_axes(surface) {
+        let Some(new) = Found::from(surface, &rough, &found, config) else {
+            continue;
+        };
+        if !found.iter().any(|f| f.is_near(&new.motion, surface)) {
+            found.push(new);
+        }
+        if found.len() == 2 {
+            break;
         }
     }
-    kept
+    let measured = found.into_iter().map(|f| f.measured(surface));
+    let mut measured: Vec<Found> = measured.collect();
+    measured.sort_by(|a, b| b.verdict.score.total_cmp(&a.verdict.score));
+    measured
 }
 
-/// Principal axes and frame axes, then the best of the directions over the half sphere, through the center.
-fn candidates(mirror: &Mirror, config: &Config) -> Vec<Plane> {
-    let through_center = |n: Vector3<f64>| Plane {
-        normal: Unit::new_normalize(n),
-        offset: 0.0,
-    };
-    let score = |p: &Plane| mirror.reflection_score(p, COARSE_POINTS, COARSE_WIDTH);
-    let mut sampled: Vec<(f64, Plane)> = half_sphere(config.directions)
-        .map(through_center)
-        .map(|p| (score(&p), p))
-        .collect();
-    sampled.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let best = distinct(sampled.into_iter().map(|(_, p)| p), 0.97, FOLLOWED);
-    let principal = mirror.spread().symmetric_eigen().eigenvectors;
-    let named = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter();
-    let named = named
-        .chain((0..3).map(|i| principal.column(i).into_owned()))
-        .map(through_center);
-    distinct(named.chain(best), SAME, usize::MAX)
+/// Two axes of the lathe make a ball.
+fn ball(surface: &Surface, lathes: &[Found], config: &Config) -> Option<Found> {
+    let [a, b] = lathes else { return None };
+    let center = family::nearest_point(&a.motion, &b.motion);
+    let rough = Motion::new(Kind::Ball, Vector3::z(), center);
+    Found::from(surface, &rough, &[], config).map(|f| f.measured(surface))
 }
 
-/// Evenly spread directions with z not negative (Fibonacci lattice).
-fn half_sphere(count: usize) -> impl Iterator<Item = Vector3<f64>> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    (0..count).map(move |i| {
-        let z = (i as f64 + 0.5) / count as f64;
-        let (sin, cos) = (golden * i as f64).sin_cos();
-        let r = (1.0 - z * z).sqrt();
-        Vector3::new(r * cos, r * sin, z)
-    })
+/// The plane square to an axis, where there is one.
+fn across(surface: &Surface, axis: &Found, config: &Config) -> Option<Found> {
+    let direction = axis.motion.direction.into_inner();
+    let mut tried = family::heights(surface, &direction);
+    tried.insert(0, 0.0);
+    let planes = tried
+        .into_iter()
+        .map(|h| Motion::new(Kind::Mirror, direction, direction * h));
+    planes
+        .filter_map(|rough| Found::from(surface, &rough, &[], config))
+        .find(|f| f.motion.direction.cross(&direction).norm() < SAME.0)
+        .map(|f| f.measured(surface))
 }
 
-fn in_mesh(mirror: &Mirror, plane: &Plane, score: f64) -> SymmetryPlane {
-    // The normal's largest component is made positive, so that the same plane is always written alike.
-    let n = plane.normal.into_inner();
-    let sign = n[n.iamax()].signum();
-    SymmetryPlane {
-        normal: (n * sign).into(),
-        offset: sign * (plane.offset + n.dot(&mirror.center.coords)),
-        score,
+fn planes(surface: &Surface, config: &Config) -> Vec<Found> {
+    let mut found: Vec<Found> = Vec::new();
+    for rough in candidates::planes(surface, config) {
+        found.extend(Found::from(surface, &rough, &found, config));
     }
+    family::one_per_direction(found, SAME.0)
+        .into_iter()
+        .map(|f| f.measured(surface))
+        .collect()
 }
 
-impl Mirror {
-    /// Second moments of the points about the center.
-    fn spread(&self) -> Matrix3<f64> {
-        self.points().map(|p| p * p.transpose()).sum()
+fn axes(surface: &Surface, planes: &[Found], config: &Config) -> Vec<Found> {
+    let mirrors: Vec<Motion> = planes.iter().map(|p| p.motion).collect();
+    let mut found: Vec<Found> = Vec::new();
+    for rough in candidates::fold_axes(surface, &mirrors, config) {
+        if let Some(new) = Found::from(surface, &rough, &found, config) {
+            found.push(new);
+        }
     }
+    family::highest_folds(found, surface, SAME)
+        .into_iter()
+        .map(|f| f.measured(surface))
+        .collect()
 }

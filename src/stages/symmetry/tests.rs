@@ -3,14 +3,25 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use rand::Rng;
 
-use super::{Config, detect};
+use super::{Config, Evidence, detect};
 use crate::base::{Notices, Seed, rng_for};
-use crate::geometry::Mesh;
 use crate::geometry::solids::{cuboid, cylinder, revolve, sphere, subdivided, torus};
-use crate::twin::SymmetryPlane;
+use crate::geometry::{Mesh, close_loops};
+use crate::twin::{Symmetry, SymmetryPlane};
 
 fn planes_of(mesh: &Mesh) -> Vec<SymmetryPlane> {
-    detect(mesh, &Config::default(), &mut Notices::default()).unwrap()
+    found(mesh).planes
+}
+
+fn found(mesh: &Mesh) -> Symmetry {
+    detect(
+        "it",
+        mesh,
+        &Evidence::default(),
+        &Config::default(),
+        &mut Notices::default(),
+    )
+    .unwrap()
 }
 
 /// Angle, degrees, and distance, m, between a found plane and a true one through `point`.
@@ -107,7 +118,9 @@ fn a_mug_has_one_plane_clean_or_scanned() {
 fn lathe_shapes_get_two_planes_through_the_axis() {
     let notes = |mesh: &Mesh| {
         let mut notices = Notices::default();
-        let planes = detect(mesh, &Config::default(), &mut notices).unwrap();
+        let planes = detect("it", mesh, &Evidence::default(), &Config::default(), &mut notices)
+            .unwrap()
+            .planes;
         (planes, notices.0.len())
     };
     let tilt = Isometry3::new(Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.5, 0.2, 0.0));
@@ -171,4 +184,122 @@ fn the_plane_of_a_half_seen_mug_is_found_from_what_was_seen() {
         &(pose() * Point3::new(0.0, 0.0, 0.045)),
     );
     assert!(angle < 2.0 && offset < 2e-3, "{angle} {offset} {found:?}");
+}
+
+/// An outline drawn up from z = 0.
+fn extruded(outline: &[[f64; 2]], height: f64) -> Mesh {
+    let n = outline.len() as u32;
+    let ring = |z: f64| outline.iter().map(move |p| Point3::new(p[0], p[1], z));
+    let mut mesh = Mesh {
+        vertices: ring(0.0).chain(ring(height)).collect(),
+        ..Mesh::default()
+    };
+    for i in 0..n {
+        let j = (i + 1) % n;
+        mesh.triangles.extend([[i, j, n + j], [i, n + j, n + i]]);
+    }
+    assert_eq!(close_loops(&mut mesh), 0);
+    mesh
+}
+
+fn star(corners: usize, radii: [f64; 2], twist: f64) -> Vec<[f64; 2]> {
+    let step = std::f64::consts::TAU / corners as f64;
+    let place = |r: f64, a: f64| [r * a.cos(), r * a.sin()];
+    (0..corners)
+        .flat_map(|i| {
+            [
+                place(radii[0], i as f64 * step),
+                place(radii[1], (i as f64 + twist) * step),
+            ]
+        })
+        .collect()
+}
+
+#[test]
+fn turns_are_counted_with_and_without_planes() {
+    let z = [
+        [0.06, 0.015],
+        [0.06, 0.045],
+        [-0.015, 0.045],
+        [-0.015, -0.015],
+        [-0.06, -0.015],
+        [-0.06, -0.045],
+        [0.015, -0.045],
+        [0.015, 0.015],
+    ];
+    for (name, outline, planes, fold) in [
+        ("hexagon", star(6, [0.05, 0.05 * 0.75f64.sqrt()], 0.5), 7, 6),
+        ("pinwheel of five", star(5, [0.022, 0.06], 0.6), 1, 5),
+        ("Z", z.to_vec(), 1, 2),
+    ] {
+        let symmetry = found(&extruded(&outline, 0.04).transformed(&pose()));
+        assert_eq!(symmetry.planes.len(), planes, "{name}: {:?}", symmetry.planes);
+        let best = &symmetry.axes[0];
+        assert_eq!(best.fold, fold, "{name}: {:?}", symmetry.axes);
+        let d = Vector3::from(best.direction);
+        let off = (Point3::from(best.point) - pose().translation.vector)
+            .coords
+            .cross(&d)
+            .norm();
+        let tilt = d.cross(&(pose() * Vector3::z())).norm().to_degrees();
+        assert!(tilt < 0.5 && off < 5e-4, "{name}: {tilt} {off}");
+    }
+}
+
+#[test]
+fn a_ball_has_a_centre_and_a_notice_names_the_thing() {
+    let at = Isometry3::translation(0.1, -0.2, 0.05);
+    let mut notices = Notices::default();
+    let mesh = sphere(0.04, 4).transformed(&at);
+    let ball = detect("marble", &mesh, &Evidence::default(), &Config::default(), &mut notices).unwrap();
+    let center = Point3::from(ball.center.expect("a centre").point);
+    assert!((center - at.translation.vector).coords.norm() < 1e-4, "{center}");
+    assert_eq!(notices.0[0].about, "marble");
+}
+
+/// Noise of every vertex on its own: the intervals must hold the truth at about their rate, and not be idle.
+#[test]
+fn intervals_hold_over_noise() {
+    let (mut held, mut idle, runs) = (0, 0, 16);
+    for seed in 0..runs {
+        let mut rng = rng_for(Seed(seed), "noise");
+        let mut mesh = fine(cuboid([0.06, 0.1, 0.14]), 4).transformed(&pose());
+        for v in &mut mesh.vertices {
+            *v += Vector3::from_fn(|_, _| 2e-4 * 2.0 * ((0..3).map(|_| rng.random::<f64>()).sum::<f64>() - 1.5));
+        }
+        let known = Evidence {
+            noise: 2e-4,
+            ..Evidence::default()
+        };
+        let symmetry = detect("it", &mesh, &known, &Config::default(), &mut Notices::default()).unwrap();
+        assert_eq!(symmetry.planes.len(), 3);
+        for p in &symmetry.planes {
+            let truth = Vector3::from(p.normal).dot(&pose().translation.vector);
+            let off = (p.offset - truth).abs() / p.offset_sd.expect("a deviation");
+            held += usize::from(off < 1.96);
+            idle += usize::from(p.offset_sd.is_some_and(|sd| sd > 3e-4));
+        }
+    }
+    assert!(held >= 44 && idle == 0, "{held} of 48 hold, {idle} say nothing");
+}
+
+/// The mirrored half lands where views saw that nothing is.
+#[test]
+fn free_space_vetoes_a_plane() {
+    let mut half = fine(cuboid([0.1, 0.06, 0.04]), 4);
+    half.append(&fine(cuboid([0.02, 0.02, 0.03]), 3).transformed(&Isometry3::translation(0.035, 0.0, 0.035)));
+    // Only the +x half was seen.
+    half.seen = half.vertices.iter().map(|v| v.x > 0.0).collect();
+    let across = |known: &Evidence| {
+        let planes = detect("it", &half, known, &Config::default(), &mut Notices::default())
+            .unwrap()
+            .planes;
+        planes.iter().any(|p| p.normal[0].abs() > 0.99 && p.offset.abs() < 0.01)
+    };
+    let free = |p: &Point3<f64>| p.z > 0.0215 && (p.x - 0.035).abs() > 0.011;
+    let known = Evidence {
+        free: Some(&free),
+        ..Evidence::default()
+    };
+    assert!(!across(&known));
 }

@@ -8,6 +8,7 @@ use super::super::*;
 use crate::base::{Notices, Pose, Seed, rng_for};
 use crate::capture::*;
 use crate::geometry::edge_defects;
+use crate::twin::{SupportPlane, Symmetry, SymmetryPlane};
 
 type Distance = fn(&Point3<f64>) -> f64;
 
@@ -234,4 +235,47 @@ fn the_number_of_threads_changes_no_byte() {
     for (a, b) in one.objects.iter().zip(&four.objects) {
         assert!(a.mesh == b.mesh && a.world_from_link == b.world_from_link);
     }
+}
+
+/// Views from one side only: the far side of a box comes out where the planes say, and is told to be an image.
+#[test]
+fn a_half_seen_box_is_completed_by_its_symmetry_and_says_so() {
+    let mut capture = scene(box_thing, true, [0.0; 5]);
+    capture.views.retain(|v| v.world_from_camera.translation.x > 0.05);
+    let plane = |normal: [f64; 3], offset: f64| SymmetryPlane {
+        normal,
+        offset,
+        score: 1.0,
+        ..SymmetryPlane::default()
+    };
+    let truth = Symmetry {
+        planes: vec![plane([1.0, 0.0, 0.0], 0.01), plane([0.0, 1.0, 0.0], -0.02)],
+        ..Symmetry::default()
+    };
+    let mut notices = Notices::default();
+    let plain = reconstruct(&capture, &Config::default(), &mut notices).unwrap().objects;
+    let find = |_: &Mesh, _: &Pose, _: Option<&SupportPlane>| Ok(truth.clone());
+    let shapes = reconstruct_with(&capture, &Config::default(), &find, &mut notices).unwrap();
+    let off = |o: &ShapedObject| {
+        let far = o
+            .mesh
+            .vertices
+            .iter()
+            .map(|v| box_thing(&(o.world_from_link.0 * v)).abs());
+        far.sum::<f64>() / o.mesh.vertices.len() as f64
+    };
+    let [before, after] = [off(&plain[0]), off(&shapes.objects[0])];
+    let [seen, mirrored, closed] = shapes.objects[0].mesh.origin_shares();
+    assert_eq!(edge_defects(&shapes.objects[0].mesh), 0);
+    assert!(after < 0.7 * before, "{before} {after}");
+    assert!(
+        seen > 0.4 && mirrored > 0.15 && closed > 0.1,
+        "{seen} {mirrored} {closed}"
+    );
+    assert!(
+        notices
+            .0
+            .iter()
+            .any(|n| n.message.contains("completed by its symmetry"))
+    );
 }

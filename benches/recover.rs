@@ -1,0 +1,227 @@
+//! Recover the truth on random bodies of the lab: `cargo bench --bench recover -- [BODIES]`. Prints errors and how often
+//! the stated intervals hold the truth, by what was done: weighed, coasted, tilted, or only pushed slowly.
+#![allow(
+    missing_docs,
+    clippy::expect_used,
+    clippy::print_stdout,
+    clippy::disallowed_macros,
+    reason = "a program that prints its figures"
+)]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use palpate::base::{Estimate, Progress, Seed, rng_for};
+use palpate::lab::{Scene, synthesise};
+use palpate::pipeline::{Options, Pass, build};
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+const WAYS: [&str; 4] = ["lift", "coast", "tilt", "slow"];
+
+#[derive(Default)]
+struct Tally {
+    /// Relative errors (m for the centre of mass).
+    errors: Vec<f64>,
+    inside: usize,
+    widths: Vec<f64>,
+}
+
+impl Tally {
+    fn add(&mut self, estimate: &Estimate, truth: f64, relative: bool) {
+        let scale = if relative { truth } else { 1.0 };
+        self.errors.push(((estimate.value - truth) / scale).abs());
+        let [low, high] = estimate.ci95.unwrap_or([truth, truth]);
+        self.inside += usize::from(low <= truth && truth <= high);
+        self.widths.push((high - low) / scale);
+    }
+
+    fn print(&mut self, name: &str) {
+        let n = self.errors.len();
+        let at = |v: &mut Vec<f64>, q: f64| {
+            v.sort_by(f64::total_cmp);
+            v[((n - 1) as f64 * q).round() as usize]
+        };
+        println!(
+            "{name:<28} n {n:>4}  error median {:.4}  95th {:.4}  interval holds {:.3}  median width {:.4}",
+            at(&mut self.errors, 0.5),
+            at(&mut self.errors, 0.95),
+            self.inside as f64 / n as f64,
+            at(&mut self.widths, 0.5)
+        );
+    }
+}
+
+/// A box with a hidden weight, and what is done to it.
+fn scene(dice: &mut ChaCha8Rng, way: &str) -> Scene {
+    let mut between = |low: f64, high: f64| dice.random_range(low..high);
+    let size = [between(0.07, 0.14), between(0.06, 0.10), between(0.04, 0.06)];
+    let (density, kinetic) = (between(300.0, 1500.0), between(0.15, 0.5));
+    let still = kinetic * between(1.03, 1.2);
+    let (weight, at) = (between(0.02, 0.15), [between(-0.25, 0.25), between(-0.25, 0.25)]);
+    let (stiffness, damping) = (between(800.0, 6000.0), between(2.0, 20.0));
+    let mut text = format!(
+        r#"
+name = "random"
+[camera]
+views = 0
+[[body]]
+name = "box"
+shape = {{ kind = "box", size = [{}, {}, {}] }}
+density = {density}
+position = [0.0, 0.0, {}]
+friction = {{ static = {still}, kinetic = {kinetic} }}
+known_mesh = true
+[[body.weight]]
+mass = {weight}
+position = [{}, {}, {}]
+radius = 0.01
+[[body]]
+name = "pad"
+shape = {{ kind = "box", size = [0.08, 0.08, 0.04] }}
+density = 250.0
+position = [0.6, 0.0, 0.02]
+known_mesh = true
+foam = {{ stiffness = {stiffness}, damping = {damping} }}
+"#,
+        size[0],
+        size[1],
+        size[2],
+        0.5 * size[2],
+        at[0] * size[0],
+        at[1] * size[1],
+        -0.15 * size[2]
+    );
+    for (k, speed) in [0.01, 0.03].iter().enumerate() {
+        let depth = 0.003f64.max(12.0 / stiffness);
+        text += &format!(
+            "[[action]]\nkind = \"press\"\nname = \"press-{k}\"\ntarget = \"pad\"\nat = [{}, 0.0, 0.04]\ndepth = {depth}\nspeed = {speed}\nhold = 0.5\n",
+            0.595 + 0.01 * k as f64
+        );
+    }
+    let mut push = |name: &str, face: usize, offset: f64, travel: f64, speed: f64, retreat: bool| {
+        let (axis, sign) = (face % 2, if face < 2 { -1.0 } else { 1.0 });
+        let (mut at, mut direction) = ([0.0; 3], [0.0; 3]);
+        at[axis] = sign * 0.5 * size[axis];
+        at[1 - axis] = offset * size[1 - axis];
+        at[2] = 0.4 * size[2];
+        direction[axis] = -sign;
+        text += &format!(
+            "[[action]]\nkind = \"push\"\nname = \"{name}\"\ntarget = \"box\"\nat = {at:?}\ndirection = {direction:?}\ntravel = {travel}\nspeed = {speed}\nretreat = {retreat}\n"
+        );
+    };
+    for face in 0..4 {
+        push(
+            &format!("push-{face}"),
+            face,
+            between(-0.25, 0.25),
+            0.05,
+            between(0.02, 0.05),
+            false,
+        );
+    }
+    if way == "coast" {
+        for k in 0..3 {
+            push(
+                &format!("fast-{k}"),
+                k,
+                between(-0.08, 0.08),
+                0.06,
+                between(0.4, 0.7),
+                true,
+            );
+        }
+    }
+    if way == "lift" {
+        let top = size[2];
+        text += &format!(
+            "[[action]]\nkind = \"lift\"\nname = \"lift-0\"\ntarget = \"box\"\nat = [0.0, 0.0, {top}]\nheight = 0.03\n"
+        );
+    }
+    if way == "tilt" {
+        text += "[[action]]\nkind = \"tilt\"\nname = \"tilt-0\"\ntarget = \"box\"\naxis = [0.0, 1.0, 0.0]\nrate = 0.1\nlimit = 0.7\n";
+    }
+    toml::from_str(&text).expect("a scene")
+}
+
+fn main() {
+    let bodies: u64 = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(16);
+    let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
+    let (mut slow, mut said) = (0, 0);
+    for i in 0..bodies {
+        let way = WAYS[i as usize % WAYS.len()];
+        let scene = scene(&mut rng_for(Seed(i), "recover"), way);
+        let made = match synthesise(&scene, Path::new("."), Seed(i), &Progress::silent()) {
+            Ok(made) => made,
+            Err(e) => {
+                println!("body {i}: {e}");
+                continue;
+            }
+        };
+        let options = Options {
+            passes: vec![Pass::Shape, Pass::Physics],
+            ..Options::default()
+        };
+        let run = build(&made.capture, &options, &Progress::silent()).expect("a run");
+        let mut add = |what: &str, e: Option<&Estimate>, truth: Option<f64>, relative: bool| {
+            if let (Some(e), Some(truth)) = (e.filter(|e| e.is_measured()), truth) {
+                if std::env::var("RECOVER_VERBOSE").is_ok() {
+                    println!(
+                        "  {i} {way} {what} {truth:.4}: {:.4} {:?} {}",
+                        e.value, e.ci95, e.method
+                    );
+                }
+                tallies
+                    .entry(format!("{what}, {way}"))
+                    .or_default()
+                    .add(e, truth, relative);
+            }
+        };
+        if let (Some(link), Some(truth)) = (run.model.twin.link("box"), made.truth.bodies.get("box")) {
+            add("mass", link.mass.as_ref(), truth.mass, true);
+            add(
+                "friction kinetic",
+                link.friction.kinetic.as_ref(),
+                truth.friction_kinetic,
+                true,
+            );
+            add(
+                "friction static",
+                link.friction.static_.as_ref(),
+                truth.friction_static,
+                true,
+            );
+            if let (Some(com), Some(t)) = (&link.com, truth.com) {
+                for k in 0..2 {
+                    let part = Estimate {
+                        value: com.value[k],
+                        sd: com.sd.map(|s| s[k]),
+                        ci95: com.ci95.map(|c| c[k]),
+                        unit: com.unit.clone(),
+                        status: com.status,
+                        from: com.from.clone(),
+                        method: com.method.clone(),
+                        confounded: None,
+                    };
+                    add("centre of mass", Some(&part), Some(t[k]), false);
+                }
+            }
+            if way == "slow" {
+                slow += 1;
+                said += usize::from(
+                    link.mass
+                        .as_ref()
+                        .is_some_and(|m| !m.is_measured() && m.confounded.is_some()),
+                );
+            }
+        }
+        if let (Some(link), Some(truth)) = (run.model.twin.link("pad"), made.truth.bodies.get("pad")) {
+            add("stiffness", link.stiffness.as_ref(), truth.stiffness, true);
+            add("damping", link.damping.as_ref(), truth.damping, true);
+        }
+    }
+    for (name, tally) in &mut tallies {
+        tally.print(name);
+    }
+    println!("slow pushes only: mass said to be confounded in {said} of {slow}");
+}

@@ -1,0 +1,309 @@
+//! The twin in the embedded engine: bodies, table, joints with their losses and springs, bonds that give way.
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use rapier3d_f64::parry::mass_properties::MassProperties;
+use rapier3d_f64::prelude::{
+    CoefficientCombineRule, ColliderBuilder, GenericJoint, GenericJointBuilder, ImpulseJointHandle, JointAxesMask,
+    JointAxis, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
+};
+
+use super::colliders::colliders;
+use super::scene::{Attachment, Floor, Motion, Part, PartId, Scene, Tree};
+use crate::twin::{JointKind, Model};
+
+/// Step, s.
+pub(super) const STEP: f64 = 0.002;
+/// Share of the force through a bond that one step contributes to its running mean: the mean is over some 20 ms.
+const BOND_SHARE: f64 = 0.1;
+
+/// A scene that moves.
+pub(super) struct Engine<'a> {
+    pub(super) world: PhysicsWorld,
+    pub(super) scene: &'a Scene,
+    /// By tree and part; empty for a tree without anything that could touch.
+    pub(super) handles: Vec<Vec<RigidBodyHandle>>,
+    /// Forces of hands, by body, for the next step only: body, force in N, point, world.
+    pub(super) pulls: Vec<(RigidBodyHandle, Vector3<f64>, Point3<f64>)>,
+    bonds: Vec<Bond>,
+}
+
+/// What holds two bodies together.
+struct Bond {
+    ends: [PartId; 2],
+    handle: ImpulseJointHandle,
+    /// N.
+    breakaway: Option<f64>,
+    /// Mean over the last steps, N.
+    force: f64,
+    broken: bool,
+}
+
+impl<'a> Engine<'a> {
+    /// The scene at the first view. Nothing where there is no table, since all would fall.
+    pub(super) fn new(scene: &'a Scene, model: &Model) -> Option<Self> {
+        let floor = scene.floor.as_ref()?;
+        let mut world = PhysicsWorld::new();
+        world.gravity = scene.gravity.into();
+        world.integration_parameters.dt = STEP;
+        add_floor(&mut world, floor);
+        let mut handles: Vec<Vec<RigidBodyHandle>> = Vec::new();
+        for tree in &scene.trees {
+            let bare = tree.parts.iter().all(Part::is_bare);
+            let added = if bare {
+                Vec::new()
+            } else {
+                add_tree(&mut world, tree, model, &floor.normal)
+            };
+            handles.push(added);
+        }
+        let mut engine = Self {
+            world,
+            scene,
+            handles,
+            pulls: Vec::new(),
+            bonds: Vec::new(),
+        };
+        for weld in &scene.welds {
+            engine.bond(weld.ends, weld.breakaway);
+        }
+        Some(engine)
+    }
+
+    /// The body of a part, unless it is left out.
+    pub(super) fn body(&self, id: PartId) -> Option<RigidBodyHandle> {
+        self.handles[id.tree].get(id.part).copied()
+    }
+
+    /// Every part that takes part.
+    pub(super) fn bodies(&self) -> Vec<(PartId, &'a Part, RigidBodyHandle)> {
+        let scene = self.scene;
+        scene
+            .parts()
+            .filter_map(|(id, p)| Some((id, p, self.body(id)?)))
+            .collect()
+    }
+
+    /// World-from-part.
+    pub(super) fn pose(&self, handle: RigidBodyHandle) -> Isometry3<f64> {
+        (*self.world.bodies[handle].position()).into()
+    }
+
+    /// One step of [`STEP`]: springs, dampers and rolling resistance act on the state at its beginning.
+    pub(super) fn step(&mut self) {
+        for (_, _, handle) in self.bodies() {
+            let body = &mut self.world.bodies[handle];
+            body.reset_forces(false);
+            body.reset_torques(false);
+        }
+        for (handle, force, point) in std::mem::take(&mut self.pulls) {
+            self.world.bodies[handle].add_force_at_point(force.into(), point.coords.into(), true);
+        }
+        self.springs();
+        self.rolling();
+        self.world.step();
+        self.bonds_give();
+    }
+
+    /// The bonds that gave way.
+    pub(super) fn broken(&self) -> Vec<[PartId; 2]> {
+        self.bonds.iter().filter(|b| b.broken).map(|b| b.ends).collect()
+    }
+
+    fn bond(&mut self, ends: [PartId; 2], breakaway: Option<f64>) {
+        let [a, b] = ends;
+        let (Some(ha), Some(hb)) = (self.body(a), self.body(b)) else {
+            return;
+        };
+        let between = self.scene.part(a).world_from_part.inverse() * self.scene.part(b).world_from_part;
+        let weld = GenericJointBuilder::new(JointAxesMask::LOCKED_FIXED_AXES)
+            .contacts_enabled(false)
+            .local_frame1(between.into());
+        let handle = self.world.insert_impulse_joint(ha, hb, weld.build());
+        self.bonds.push(Bond {
+            ends,
+            handle,
+            breakaway,
+            force: 0.0,
+            broken: false,
+        });
+    }
+
+    fn bonds_give(&mut self) {
+        for bond in self.bonds.iter_mut().filter(|b| !b.broken) {
+            let Some(limit) = bond.breakaway else { continue };
+            let Some(joint) = self.world.impulse_joints.get(bond.handle) else {
+                continue;
+            };
+            let now = Vector3::from_fn(|i, _| joint.impulses[i]).norm() / STEP;
+            bond.force += BOND_SHARE * (now - bond.force);
+            if bond.force > limit {
+                bond.broken = true;
+                self.world.remove_impulse_joint(bond.handle);
+            }
+        }
+    }
+
+    /// Springs and viscous damping of joints with one freedom, as forces on both of their parts.
+    fn springs(&mut self) {
+        let scene = self.scene;
+        for (tree, t) in scene.trees.iter().enumerate() {
+            for (part, p) in t.parts.iter().enumerate() {
+                let Some(hold) = p.hold() else { continue };
+                let [motion] = hold.motions.as_slice() else { continue };
+                if motion.stiffness <= 0.0 && motion.damping <= 0.0 {
+                    continue;
+                }
+                let id = |part| PartId { tree, part };
+                if let (Some(child), Some(parent)) = (self.body(id(part)), self.body(id(hold.parent))) {
+                    self.spring([parent, child], hold, motion);
+                }
+            }
+        }
+    }
+
+    fn spring(&mut self, [parent, child]: [RigidBodyHandle; 2], hold: &Attachment, motion: &Motion) {
+        let (q, speed) = self.position_and_speed([parent, child], hold, motion);
+        let axis = self.pose(child).rotation * motion.axis.into_inner();
+        let body = &self.world.bodies[child];
+        // No explicit damper may do more in a step than stop the part.
+        let inertia = if motion.turns {
+            let six = body.mass_properties().effective_world_inv_inertia;
+            let inverse = nalgebra::Matrix3::new(
+                six.m11, six.m12, six.m13, six.m12, six.m22, six.m23, six.m13, six.m23, six.m33,
+            );
+            1.0 / axis.dot(&(inverse * axis)).max(1e-12)
+        } else {
+            body.mass()
+        };
+        let damping = motion.damping.min(0.5 * inertia / STEP);
+        let effort = axis * (-motion.stiffness * (q - motion.rest) - damping * speed);
+        let origin = self.pose(child).translation.vector;
+        for (handle, effort) in [(child, effort), (parent, -effort)] {
+            let body = &mut self.world.bodies[handle];
+            if motion.turns {
+                body.add_torque(effort.into(), true);
+            } else {
+                body.add_force_at_point(effort.into(), origin.into(), true);
+            }
+        }
+    }
+
+    /// Of a joint with one freedom: m or rad, and the same a second, from the first view.
+    pub(super) fn position_and_speed(
+        &self,
+        [parent, child]: [RigidBodyHandle; 2],
+        hold: &Attachment,
+        motion: &Motion,
+    ) -> (f64, f64) {
+        let (from_parent, from_child) = (self.pose(parent), self.pose(child));
+        let start_from_now = (from_parent * hold.parent_from_part).inverse() * from_child;
+        let axis = from_child.rotation * motion.axis.into_inner();
+        let (a, b) = (&self.world.bodies[parent], &self.world.bodies[child]);
+        if motion.turns {
+            let q = start_from_now.rotation.scaled_axis().dot(&motion.axis);
+            let spin: Vector3<f64> = (b.angvel() - a.angvel()).into();
+            (q, spin.dot(&axis))
+        } else {
+            let at = from_child.translation.vector;
+            let slip: Vector3<f64> = (b.velocity_at_point(at.into()) - a.velocity_at_point(at.into())).into();
+            (start_from_now.translation.vector.dot(&motion.axis), slip.dot(&axis))
+        }
+    }
+
+    /// Resistance to rolling: a torque of the rolling length times the weight against the turn about level axes.
+    fn rolling(&mut self) {
+        let up = self
+            .scene
+            .floor
+            .as_ref()
+            .map_or(Vector3::z(), |f| f.normal.into_inner());
+        let gravity = self.scene.gravity.norm();
+        for (_, part, handle) in self.bodies() {
+            let Some(length) = part.surface.rolling else { continue };
+            let touches = self.world.bodies[handle].colliders().iter().any(|c| {
+                let mut pairs = self.world.narrow_phase.contact_pairs_with(*c);
+                pairs.any(|p| p.has_any_active_contact())
+            });
+            let spin: Vector3<f64> = self.world.bodies[handle].angvel().into();
+            let level = spin - up * spin.dot(&up);
+            let rate = level.norm();
+            if !touches || rate < 1e-9 {
+                continue;
+            }
+            let stop = 0.5 * part.inertia.symmetric_eigenvalues().min() * rate / STEP;
+            let torque = -level / rate * stop.min(length * part.mass * gravity);
+            self.world.bodies[handle].add_torque(torque.into(), true);
+        }
+    }
+}
+
+/// The friction of a contact is the body's: the table's is nought and the greater of the two counts.
+fn add_floor(world: &mut PhysicsWorld, floor: &Floor) {
+    let ground = world.insert_body(RigidBodyBuilder::fixed().translation(floor.point.into()));
+    let plane = ColliderBuilder::new(rapier3d_f64::prelude::SharedShape::halfspace(
+        floor.normal.into_inner().into(),
+    ))
+    .friction(0.0)
+    .friction_combine_rule(CoefficientCombineRule::Max);
+    world.insert_collider(plane, Some(ground));
+}
+
+fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model, up: &Vector3<f64>) -> Vec<RigidBodyHandle> {
+    let mut handles: Vec<RigidBodyHandle> = Vec::new();
+    for part in &tree.parts {
+        let held = tree.anchored && part.attachment.is_none();
+        let builder = if held {
+            RigidBodyBuilder::fixed()
+        } else {
+            RigidBodyBuilder::dynamic()
+        };
+        let matter = MassProperties::with_inertia_matrix(part.com.into(), part.mass, part.inertia.into());
+        let body = builder
+            .pose(part.world_from_part.into())
+            .additional_mass_properties(matter)
+            .can_sleep(false);
+        let handle = world.insert_body(body);
+        for shape in colliders(part, model, up) {
+            world.insert_collider(shape, Some(handle));
+        }
+        if let Some(hold) = &part.attachment {
+            world.insert_impulse_joint(handles[hold.parent], handle, joint(hold));
+        }
+        handles.push(handle);
+    }
+    handles
+}
+
+/// The joint's axis is x of both of its frames. Dry friction is a brake: a motor towards standstill that can do
+/// no more than the friction.
+fn joint(hold: &Attachment) -> GenericJoint {
+    let mask = match hold.kind {
+        JointKind::Fixed => JointAxesMask::LOCKED_FIXED_AXES,
+        JointKind::Revolute | JointKind::Screw => JointAxesMask::LOCKED_REVOLUTE_AXES,
+        JointKind::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
+        JointKind::Cylindrical => {
+            JointAxesMask::LIN_Y | JointAxesMask::LIN_Z | JointAxesMask::ANG_Y | JointAxesMask::ANG_Z
+        }
+        JointKind::Planar => JointAxesMask::LIN_X | JointAxesMask::ANG_Y | JointAxesMask::ANG_Z,
+        JointKind::Spherical => JointAxesMask::LOCKED_SPHERICAL_AXES,
+    };
+    let turn = UnitQuaternion::rotation_between(&Vector3::x(), &hold.axis)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI));
+    let frame = Isometry3::from_parts(Vector3::zeros().into(), turn);
+    let mut builder = GenericJointBuilder::new(mask)
+        .contacts_enabled(false)
+        .local_frame1((hold.parent_from_part * frame).into())
+        .local_frame2(frame.into());
+    for motion in hold.motions.iter().filter(|m| m.axis == hold.axis) {
+        let axis = if motion.turns { JointAxis::AngX } else { JointAxis::LinX };
+        if let Some(range) = motion.range {
+            builder = builder.limits(axis, range);
+        }
+        if motion.friction > 0.0 {
+            builder = builder
+                .motor_velocity(axis, 0.0, 1e6)
+                .motor_max_force(axis, motion.friction);
+        }
+    }
+    builder.build()
+}

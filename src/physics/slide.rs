@@ -1,0 +1,147 @@
+//! Free sliding on a level support: what a body does once the tool has left it.
+//!
+//! Friction is that of the ellipsoidal limit surface, `f = -mu m g (v, c² ω) / sqrt(v² + c² ω²)` at the centre of
+//! mass (Howe and Cutkosky 1996), now against inertia: `v' = f/m`, `ω' = tau/(m rho²)`. Mass cancels: the way of a
+//! coasting body tells `mu` without any force sensor (`s = v²/(2 mu g)`).
+
+use nalgebra::Vector2;
+
+/// Motion in the plane of the support at the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneMotion {
+    /// Centre of mass, m.
+    pub position: Vector2<f64>,
+    /// rad.
+    pub heading: f64,
+    /// m/s.
+    pub velocity: Vector2<f64>,
+    /// rad/s.
+    pub spin: f64,
+}
+
+/// What slides.
+#[derive(Clone, Copy, Debug)]
+pub struct Slider {
+    /// Kinetic friction times gravity, m/s².
+    pub deceleration: f64,
+    /// Torsional radius of the limit surface, m.
+    pub torsional_radius: f64,
+    /// Radius of gyration about the support's normal, m.
+    pub gyration_radius: f64,
+}
+
+/// Step of the solver, s.
+const STEP: f64 = 2e-3;
+
+type Rates = (Vector2<f64>, f64);
+
+impl Slider {
+    /// Generalised speed of the limit surface, m/s.
+    fn speed(&self, velocity: &Vector2<f64>, spin: f64) -> f64 {
+        (velocity.norm_squared() + (self.torsional_radius * spin).powi(2)).sqrt()
+    }
+
+    fn rates(&self, velocity: &Vector2<f64>, spin: f64) -> Rates {
+        let share = self.deceleration / self.speed(velocity, spin).max(1e-12);
+        let turning = (self.torsional_radius / self.gyration_radius).powi(2);
+        (-share * velocity, -share * turning * spin)
+    }
+
+    /// Heun's step; the last one ends where the speed would pass through zero.
+    fn step(&self, at: &PlaneMotion, h: f64) -> PlaneMotion {
+        let (a, alpha) = self.rates(&at.velocity, at.spin);
+        let speed = self.speed(&at.velocity, at.spin);
+        let slowing = -(at.velocity.dot(&a) + self.torsional_radius.powi(2) * at.spin * alpha) / speed.max(1e-12);
+        if slowing * h >= speed {
+            let rest = speed / slowing.max(1e-12);
+            return PlaneMotion {
+                position: at.position + 0.5 * rest * at.velocity,
+                heading: at.heading + 0.5 * rest * at.spin,
+                velocity: Vector2::zeros(),
+                spin: 0.0,
+            };
+        }
+        let (velocity, spin) = (at.velocity + h * a, at.spin + h * alpha);
+        let (b, beta) = self.rates(&velocity, spin);
+        let velocity = at.velocity + 0.5 * h * (a + b);
+        let spin = at.spin + 0.5 * h * (alpha + beta);
+        PlaneMotion {
+            position: at.position + h * at.velocity + h * h * (2.0 * a + b) / 6.0,
+            heading: at.heading + h * at.spin + h * h * (2.0 * alpha + beta) / 6.0,
+            velocity,
+            spin,
+        }
+    }
+}
+
+/// The motion at each of `times` (s, not decreasing), from `start` at `from` (s) on; before that it is `start`.
+pub fn predict_slide(slider: &Slider, start: &PlaneMotion, from: f64, times: &[f64]) -> Vec<PlaneMotion> {
+    predict_slide_with_step(slider, start, from, times, STEP)
+}
+
+/// The same with the solver's step given: halving it shows the solver's error.
+pub fn predict_slide_with_step(
+    slider: &Slider,
+    start: &PlaneMotion,
+    from: f64,
+    times: &[f64],
+    step: f64,
+) -> Vec<PlaneMotion> {
+    let (mut now, mut t) = (*start, from);
+    times
+        .iter()
+        .map(|&goal| {
+            while goal - t > 1e-12 && (now.velocity != Vector2::zeros() || now.spin != 0.0) {
+                let h = (goal - t).min(step);
+                now = slider.step(&now, h);
+                t += h;
+            }
+            t = t.max(goal);
+            now
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start(velocity: f64, spin: f64) -> PlaneMotion {
+        PlaneMotion {
+            position: Vector2::zeros(),
+            heading: 0.0,
+            velocity: Vector2::new(velocity, 0.0),
+            spin,
+        }
+    }
+
+    const SLIDER: Slider = Slider {
+        deceleration: 3.0,
+        torsional_radius: 0.03,
+        gyration_radius: 0.035,
+    };
+
+    #[test]
+    fn without_spin_it_stops_after_the_way_that_energy_gives() {
+        let end = predict_slide(&SLIDER, &start(0.5, 0.0), 0.0, &[1.0])[0];
+        assert!((end.position.x - 0.25 / 6.0).abs() < 1e-9, "{}", end.position.x);
+        assert_eq!(end.velocity, Vector2::zeros());
+    }
+
+    #[test]
+    fn halving_the_step_moves_the_end_by_less_than_any_tracker_sees() {
+        let ends = [2e-3, 1e-3].map(|h| predict_slide_with_step(&SLIDER, &start(0.4, 6.0), 0.0, &[1.0], h)[0]);
+        assert!((ends[0].position - ends[1].position).norm() < 2e-6);
+        assert!((ends[0].heading - ends[1].heading).abs() < 2e-4);
+    }
+
+    #[test]
+    fn friction_takes_what_motion_loses() {
+        // d/dt (v²/2 + rho² ω²/2) = -mu g s with s the generalised speed: integrate s along the way.
+        let times: Vec<f64> = (0..4000).map(|i| f64::from(i) * 1e-4).collect();
+        let path = predict_slide(&SLIDER, &start(0.4, 6.0), 0.0, &times);
+        let way: f64 = path.iter().map(|m| 1e-4 * SLIDER.speed(&m.velocity, m.spin)).sum();
+        let energy = 0.5 * (0.4f64.powi(2) + (0.035f64 * 6.0).powi(2));
+        assert!((way * 3.0 / energy - 1.0).abs() < 3e-3, "{way}");
+    }
+}

@@ -1,0 +1,177 @@
+//! Friction from coasting: a body that slides on after the tool has left it is slowed by `mu g` alone.
+//!
+//! Output error: the slide is simulated from an unknown state at release and compared with the track, so no speed is
+//! taken from differences. No force enters: with the force of the push this parts mass from friction.
+
+use nalgebra::{DVector, Point3, Vector2, Vector3};
+
+use super::evidence::tare_of;
+use super::facts::Ground;
+use crate::capture::{Interaction, PoseStream, Segmented};
+use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median};
+use crate::physics::{PlaneMotion, Slider, predict_slide};
+
+/// Kinetic friction from one coasting.
+#[derive(Clone, Debug)]
+pub(super) struct Coast {
+    pub interaction: String,
+    pub kinetic: (f64, f64),
+}
+
+/// What is taken of the shape: centroid (link frame) with torsional radius and radius of gyration, m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shape {
+    pub centre: Point3<f64>,
+    pub torsional_radius: f64,
+    pub gyration_radius: f64,
+}
+
+/// Share of the largest force below which the tool counts as gone.
+const GONE: f64 = 0.03;
+/// Force is averaged over this span before it is judged, s.
+const SPAN: f64 = 8e-3;
+/// Distance that must be coasted, in standard deviations of the track.
+const CLEAR: f64 = 8.0;
+/// Log standard deviation of the ratio of torsional radius to radius of gyration.
+const RATIO: f64 = 0.3;
+/// Relative doubt beyond which a coasting says nothing.
+const WORTH: f64 = 0.25;
+/// Time at rest afterwards that is compared as well, s.
+const REST: f64 = 0.15;
+
+/// Samples of the coasting: time and plane pose of the centre.
+struct Run {
+    time: Vec<f64>,
+    position: Vec<Vector2<f64>>,
+    heading: Vec<f64>,
+    noise: (f64, f64),
+}
+
+/// Friction from the end of a push; `None` where the body stopped with the tool.
+pub(super) fn coast_of(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    shape: &Shape,
+    form: f64,
+) -> Option<Coast> {
+    let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
+    let released = release(interaction, segmented)?;
+    let run = run_of(track, segmented, ground, &shape.centre, released)?;
+    let g = -ground.gravity.dot(&ground.plane.normal);
+    let fit = fit(&run, shape, g)?;
+    let memory = run.time.len() as f64 / effective_samples(fit.residuals.as_slice()).max(1.0);
+    let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - 7.0).max(1.0);
+    let own = fit.sd(0) * (misfit.max(1.0) * memory.clamp(1.0, 4.0)).sqrt();
+    (own < WORTH && misfit < 25.0).then(|| Coast {
+        interaction: interaction.name.clone(),
+        kinetic: (fit.x[0].exp(), fit.x[0].exp() * own.hypot(form)),
+    })
+}
+
+/// When the tool let go for good, s.
+fn release(interaction: &Interaction, segmented: &Segmented) -> Option<f64> {
+    let stream = interaction.force.as_ref()?;
+    let tare = tare_of(interaction, segmented).force;
+    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
+    let width = ((SPAN * rate).round() as usize).max(1);
+    let size: Vec<f64> = stream.force.iter().map(|f| (f - tare).norm()).collect();
+    let smooth: Vec<f64> = size.windows(width).map(|w| median(w).unwrap_or(0.0)).collect();
+    let largest = smooth.iter().copied().fold(0.0, f64::max);
+    let noise = segmented.force_noise.unwrap_or(0.02);
+    let last = smooth.iter().rposition(|f| *f > (GONE * largest).max(4.0 * noise))?;
+    stream.time.get(last + width).copied()
+}
+
+/// The track from release to a little after it stands; `None` where it went no clear way.
+fn run_of(
+    track: &PoseStream,
+    segmented: &Segmented,
+    ground: &Ground,
+    centre: &Point3<f64>,
+    released: f64,
+) -> Option<Run> {
+    let noise = (
+        segmented.position_noise.unwrap_or(3e-4).max(2e-5),
+        segmented.rotation_noise.unwrap_or(3e-3).max(2e-4),
+    );
+    let mut run = Run {
+        time: Vec::new(),
+        position: Vec::new(),
+        heading: Vec::new(),
+        noise,
+    };
+    let rows: Vec<usize> = (0..track.len())
+        .filter(|&i| track.time[i] >= released && track.pose(i).is_some())
+        .collect();
+    let home = track.pose(*rows.first()?)?.0;
+    for i in rows {
+        let pose = track.pose(i)?.0;
+        run.time.push(track.time[i]);
+        run.position.push(ground.plane.flat(&(pose * centre).coords));
+        let turn: Vector3<f64> = (pose.rotation * home.rotation.inverse()).scaled_axis();
+        run.heading.push(turn.dot(&ground.plane.normal));
+    }
+    let tail = run.position.len().checked_sub(5)?;
+    let axis = |k: usize| median(&run.position[tail..].iter().map(|p| p[k]).collect::<Vec<_>>());
+    let end = Vector2::new(axis(0)?, axis(1)?);
+    let stands = (0..run.time.len())
+        .rev()
+        .find(|&i| (run.position[i] - end).norm() > 4.0 * noise.0)?;
+    let until = run.time[stands] + REST;
+    let kept = run.time.partition_point(|t| *t <= until);
+    run.time.truncate(kept);
+    run.position.truncate(kept);
+    run.heading.truncate(kept);
+    let way = (run.position[0] - end).norm();
+    (way > CLEAR * noise.0 && stands >= 4).then_some(run)
+}
+
+/// Log friction, the state at release (position, velocity, heading, spin) and the ratio of radii.
+fn fit(run: &Run, shape: &Shape, g: f64) -> Option<Fit> {
+    let end = run.position[run.position.len() - 1];
+    let way = run.position[0] - end;
+    let spans = run.time[run.time.len() - 1] - REST - run.time[0];
+    let speed = -2.0 * way / spans.max(0.01);
+    let mu = speed.norm() / (g * spans.max(0.01));
+    let turned = run.heading[run.heading.len() - 1] - run.heading[0];
+    let start = DVector::from_vec(vec![
+        mu.clamp(0.03, 2.0).ln(),
+        run.position[0].x,
+        run.position[0].y,
+        speed.x,
+        speed.y,
+        run.heading[0],
+        2.0 * turned / spans.max(0.01),
+        0.0,
+    ]);
+    let steps = DVector::from_vec(vec![1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5, 1e-4, 1e-3]);
+    let residuals = |x: &DVector<f64>| {
+        let slider = Slider {
+            deceleration: x[0].exp() * g,
+            torsional_radius: shape.torsional_radius * x[7].exp(),
+            gyration_radius: shape.gyration_radius,
+        };
+        let state = PlaneMotion {
+            position: Vector2::new(x[1], x[2]),
+            velocity: Vector2::new(x[3], x[4]),
+            heading: x[5],
+            spin: x[6],
+        };
+        let path = predict_slide(&slider, &state, run.time[0], &run.time);
+        let mut out = vec![x[7] / RATIO, (x[0] - f64::ln(0.3)) / 1.5];
+        for (i, seen) in path.iter().enumerate() {
+            let miss = (run.position[i] - seen.position) / run.noise.0;
+            out.extend([miss.x, miss.y, (run.heading[i] - seen.heading) / run.noise.1]);
+        }
+        DVector::from_vec(out)
+    };
+    let settings = Settings {
+        loss: Loss::Huber(2.5),
+        iterations: 40,
+        tolerance: 1e-7,
+    };
+    let fit = levenberg_marquardt(&start, &steps, settings, residuals)?;
+    fit.x.iter().all(|v| v.is_finite()).then_some(fit)
+}

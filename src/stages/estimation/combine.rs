@@ -1,0 +1,117 @@
+//! The joint fit of one link written into it: the last word on mass and kinetic friction where the data part them,
+//! what stays open where they do not, and the ledger of what each interaction did.
+
+use super::Config;
+use super::facts::Facts;
+use super::friction_force::Sliding;
+use super::pool::relative_sd;
+use super::resolve::{Before, STAGE};
+use super::together::{Moved, Prior, Together, Word, learnt, ledger, left_open, together};
+use crate::base::{Estimate, Notices};
+use crate::twin::{LedgerEntry, Link};
+
+/// Relative doubt below which a number counts as known.
+const ENOUGH: f64 = 0.15;
+/// Share by which the doubt must grow without an interaction for the number to rest on it.
+const RESTS: f64 = 1.02;
+/// Share of the prior's doubt that is left where the data say nothing of a direction.
+const NOTHING: f64 = 0.9;
+
+/// Fits everything that was done to `link` together and writes it.
+pub(super) fn combine(
+    link: &mut Link,
+    facts: &Facts,
+    sliding: &Sliding,
+    before: &Before,
+    g: f64,
+    config: &Config,
+    notices: &mut Notices,
+) {
+    let words = words_of(facts, sliding, g);
+    let prior = prior_of(sliding, before, config);
+    let Some(found) = together(&words, &prior, config.friction_scatter) else {
+        return;
+    };
+    let blind = learnt(&found, &prior).is_some_and(|l| l[0] > NOTHING);
+    if let Some(said) = left_open(&found, ENOUGH).filter(|_| blind) {
+        notices.note(STAGE, &link.name, said);
+    }
+    let moved = ledger(&words, &prior, config.friction_scatter);
+    link.ledger = moved.iter().flat_map(entries).collect();
+    // A weighed mass owes nothing to the scatter of friction, whose few trials widen the other intervals.
+    let weighed = words.iter().any(|w| !w.scatters);
+    write(
+        &mut link.mass,
+        &found,
+        0,
+        if weighed { 1.96 } else { found.wide },
+        &moved,
+    );
+    write(&mut link.friction.kinetic, &found, 1, found.wide, &moved);
+}
+
+fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
+    let alone = facts.weighings.iter().filter(|w| w.along.is_empty());
+    let lifts = alone.filter_map(|w| Word::weighed(&w.interaction, (w.mass, w.sd.hypot(2e-3 * w.mass))));
+    let pushes = sliding.trials.iter();
+    let pushes = pushes.filter_map(|(name, (f, sd))| Word::pushed(name, (f / g, sd / g)));
+    let tilts = facts
+        .slides
+        .iter()
+        .filter_map(|s| Word::slid(&s.interaction, s.kinetic));
+    let coasts = facts
+        .coasts
+        .iter()
+        .filter_map(|c| Word::slid(&c.interaction, c.kinetic));
+    lifts.chain(pushes).chain(tilts).chain(coasts).collect()
+}
+
+fn prior_of(sliding: &Sliding, before: &Before, config: &Config) -> Prior {
+    let (mass, mass_sd) = before.mass(config);
+    let (friction, friction_sd) = before.kinetic(config);
+    let common = sliding.common / sliding.kinetic.value;
+    Prior {
+        mean: [mass.ln(), friction.ln(), 0.0],
+        sd: [mass_sd, (friction_sd / friction).max(1e-3), common.max(1e-4)],
+    }
+}
+
+/// Writes one number, where the closed forms already found that the data fix it.
+fn write(target: &mut Option<Estimate>, found: &Together, k: usize, wide: f64, moved: &[Moved]) {
+    let Some(old) = target.as_ref().filter(|e| e.is_measured()) else {
+        return;
+    };
+    let (value, sd) = (found.x[k].exp(), found.covariance[(k, k)].sqrt());
+    // Closed form and joint fit are two ways to one number: far apart, neither is to be trusted beyond the other.
+    let apart = (value / old.value).ln().abs();
+    let sd = sd.hypot((apart - 2.0 * sd.hypot(relative_sd(old))).max(0.0));
+    let mut rests: Vec<&Moved> = moved.iter().filter(|m| m.doubt[k] > RESTS).collect();
+    rests.sort_by(|a, b| b.doubt[k].total_cmp(&a.doubt[k]));
+    let mut from: Vec<String> = rests.iter().map(|m| m.interaction.clone()).collect();
+    if from.is_empty() {
+        from.clone_from(&old.from);
+    }
+    let factor = (wide * sd).exp();
+    *target = Some(
+        Estimate::measured(
+            value,
+            value * sd,
+            &old.unit,
+            from,
+            &format!("{}, joint-fit", old.method),
+        )
+        .with_interval([value / factor, value * factor]),
+    );
+}
+
+fn entries(moved: &Moved) -> [LedgerEntry; 2] {
+    ["mass", "friction.kinetic"].map(|quantity| {
+        let k = usize::from(quantity != "mass");
+        LedgerEntry {
+            interaction: moved.interaction.clone(),
+            quantity: quantity.into(),
+            moved: moved.by[k],
+            doubt_without: moved.doubt[k],
+        }
+    })
+}

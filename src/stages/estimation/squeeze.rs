@@ -1,0 +1,222 @@
+//! The law of a pressed spot by output error: the force over the whole press, from before contact to after it, is
+//! simulated and compared, so that the jump at first touch tells damping from a lag between force and position.
+
+use nalgebra::DVector;
+
+use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt};
+use crate::physics::ElasticLaw;
+
+/// Lag between force and position that no one stated, s (1 sd).
+const LAG: f64 = 1.5e-3;
+/// Share by which the laws themselves may be off.
+const FORM: f64 = 0.003;
+/// Twice the gain in log likelihood that an extension must bring, per effective sample counted.
+const WORTH: f64 = 20.0;
+
+/// Recorded course of one press, m and N along it.
+#[derive(Clone, Debug)]
+pub(super) struct Course {
+    pub time: Vec<f64>,
+    pub force: Vec<f64>,
+    pub travel: Vec<f64>,
+    pub speed: Vec<f64>,
+    /// Noise of the force, N.
+    pub noise: f64,
+}
+
+/// What one press says: each value with its standard deviation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Squeezed {
+    pub stiffness: (f64, f64),
+    pub damping: (f64, f64),
+    /// 1/m, where the curve is not straight.
+    pub hardening: Option<(f64, f64)>,
+    /// Share and time constant (s), where the force relaxes while it holds.
+    pub relaxing: Option<((f64, f64), (f64, f64))>,
+}
+
+/// ln k, c/k (s), contact (m), lag (s), hardening (1/m), relaxing share, ln tau.
+const STEPS: [f64; 7] = [1e-5, 1e-6, 1e-7, 1e-6, 1e-3, 1e-4, 1e-3];
+const LOOSE: [f64; 7] = [3.0, 0.03, 0.01, LAG, 100.0, 0.3, 0.8];
+const HARDENING: usize = 4;
+const RELAXING: usize = 5;
+
+/// Fits spring, damping, contact and lag, then hardening and relaxation where the data ask for them.
+pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<Squeezed> {
+    let mut free = [true, true, true, true, false, false, false];
+    let prior = [stiffness.ln(), 0.0, contact, 0.0, 0.0, 0.0, f64::ln(0.4)];
+    let mut best = fit(course, &free, &prior, &prior)?;
+    for extension in [&[RELAXING, RELAXING + 1][..], &[HARDENING][..]] {
+        let mut wider = free;
+        extension.iter().for_each(|k| wider[*k] = true);
+        let mut start = best.1;
+        if extension[0] == RELAXING {
+            start[RELAXING] = 0.1;
+        }
+        let Some(found) = fit(course, &wider, &prior, &start) else {
+            continue;
+        };
+        // Residuals that remember their past count for fewer.
+        let memory = inflation(&found.0);
+        if 2.0 * (best.0.cost - found.0.cost) > WORTH * memory {
+            (best, free) = (found, wider);
+        }
+    }
+    read(&best.0, &best.1, &free)
+}
+
+fn inflation(fit: &Fit) -> f64 {
+    let n = fit.residuals.len() as f64;
+    let misfit = (2.0 * fit.cost / n).max(1.0);
+    misfit * (n / effective_samples(fit.residuals.as_slice())).clamp(1.0, 50.0)
+}
+
+fn read(fit: &Fit, x: &[f64; 7], free: &[bool; 7]) -> Option<Squeezed> {
+    let scale = inflation(fit).sqrt();
+    let place = |k: usize| free[..k].iter().filter(|f| **f).count();
+    let sd = |k: usize| fit.sd(place(k)) * scale;
+    let k = x[0].exp();
+    let own = sd(0).hypot(FORM);
+    let damping = x[1] * k;
+    Some(Squeezed {
+        stiffness: (k, k * own),
+        damping: (damping, (k * sd(1)).hypot(damping * own)),
+        hardening: free[HARDENING].then(|| (x[HARDENING], sd(HARDENING))),
+        relaxing: free[RELAXING].then(|| {
+            let tau = x[RELAXING + 1].exp();
+            ((x[RELAXING], sd(RELAXING)), (tau, tau * sd(RELAXING + 1)))
+        }),
+    })
+}
+
+fn law(x: &[f64; 7]) -> ElasticLaw {
+    ElasticLaw {
+        stiffness: x[0].exp(),
+        damping: x[1] * x[0].exp(),
+        hardening: x[HARDENING],
+        relaxing: x[RELAXING],
+        relaxation_time: x[RELAXING + 1].clamp(-4.0, 3.0).exp(),
+    }
+}
+
+/// Force at the recorded times: position is read `lag` earlier.
+fn predict(course: &Course, x: &[f64; 7]) -> Vec<f64> {
+    let depth: Vec<f64> = course
+        .travel
+        .iter()
+        .zip(&course.speed)
+        .map(|(p, v)| p - x[3] * v - x[2])
+        .collect();
+    law(x).force(&course.time, &depth, &course.speed)
+}
+
+fn fit(course: &Course, free: &[bool; 7], prior: &[f64; 7], start: &[f64; 7]) -> Option<(Fit, [f64; 7])> {
+    let used: Vec<usize> = (0..7).filter(|k| free[*k]).collect();
+    let whole = |v: &DVector<f64>| {
+        let mut x = *start;
+        used.iter().enumerate().for_each(|(i, k)| x[*k] = v[i]);
+        x
+    };
+    let residuals = |v: &DVector<f64>| {
+        let x = whole(v);
+        let mut out: Vec<f64> = predict(course, &x)
+            .iter()
+            .zip(&course.force)
+            .zip(&course.speed)
+            .map(|((p, f), v)| {
+                // Timing jitter shows where the force is steep.
+                let jitter = 5e-4 * x[0].exp() * v.abs();
+                (f - p) / course.noise.hypot(jitter)
+            })
+            .filter(|r| r.is_finite())
+            .collect();
+        out.extend(used.iter().map(|k| (x[*k] - prior[*k]) / LOOSE[*k]));
+        DVector::from_vec(out)
+    };
+    let settings = Settings {
+        loss: Loss::Huber(3.0),
+        iterations: 40,
+        tolerance: 1e-7,
+    };
+    let pick = |v: &[f64; 7]| DVector::from_iterator(used.len(), used.iter().map(|k| v[*k]));
+    let found = levenberg_marquardt(&pick(start), &pick(&STEPS), settings, residuals)?;
+    let x = whole(&found.x);
+    x.iter().all(|v| v.is_finite()).then_some((found, x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::{Seed, rng_for};
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Down at `speed`, hold, up; contact at 2 mm of travel; the truth in steps of 0.1 ms by Euler's rule.
+    fn course(law: &ElasticLaw, speed: f64, seed: u64) -> Course {
+        let mut dice = rng_for(Seed(seed), "press");
+        let turn = 0.008 / speed;
+        let way = |t: f64| speed * t.min(turn) - speed * (t - turn - 0.8).clamp(0.0, turn);
+        let mut out = Course {
+            time: Vec::new(),
+            force: Vec::new(),
+            travel: Vec::new(),
+            speed: Vec::new(),
+            noise: 0.03,
+        };
+        let (h, mut q) = (1e-4, 0.0);
+        for i in 0..((2.0 * turn + 0.8) / h) as usize {
+            let t = i as f64 * h;
+            let (u, v) = (way(t) - 0.002, (way(t + 1e-6) - way(t - 1e-6)) / 2e-6);
+            let drive = if u > 0.0 { law.relaxing * law.stiffness * v } else { 0.0 };
+            q += h * (drive - q / law.relaxation_time);
+            let f = law.stiffness * u * (1.0 + law.hardening * u) + law.damping * v + q;
+            if i % 20 == 0 {
+                let noise: f64 = StandardNormal.sample(&mut dice);
+                out.time.push(t);
+                out.force.push(if u > 0.0 { f.max(0.0) } else { 0.0 } + 0.03 * noise);
+                out.travel.push(u + 0.002);
+                out.speed.push(v);
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn stiffness_damping_and_relaxation_are_recovered() {
+        let law = ElasticLaw {
+            damping: 8.0,
+            relaxing: 0.3,
+            relaxation_time: 0.25,
+            ..ElasticLaw::spring(2500.0)
+        };
+        let found = squeeze(&course(&law, 0.02, 1), 2200.0, 0.0019).expect("fits");
+        let near = |(v, sd): (f64, f64), truth: f64, share: f64| {
+            assert!(
+                (v / truth - 1.0).abs() < share && (v - truth).abs() < 4.0 * sd,
+                "{v} {sd} {truth}"
+            );
+        };
+        near(found.stiffness, 2500.0, 0.01);
+        near(found.damping, 8.0, 0.1);
+        let (share, tau) = found.relaxing.expect("relaxes");
+        near(share, 0.3, 0.1);
+        near(tau, 0.25, 0.1);
+    }
+
+    #[test]
+    fn a_plain_spring_gets_no_extension() {
+        let found = squeeze(&course(&ElasticLaw::spring(3000.0), 0.02, 2), 2800.0, 0.0019).expect("fits");
+        assert!(found.hardening.is_none() && found.relaxing.is_none());
+        assert!((found.stiffness.0 / 3000.0 - 1.0).abs() < 0.005);
+        assert!(found.damping.0.abs() < 3.0 * found.damping.1);
+    }
+
+    #[test]
+    fn hardening_is_told_from_a_stiffer_spring() {
+        let law = ElasticLaw {
+            hardening: 60.0,
+            ..ElasticLaw::spring(1500.0)
+        };
+        let found = squeeze(&course(&law, 0.02, 3), 1700.0, 0.0019).expect("fits");
+        assert!((found.hardening.expect("hardens").0 / 60.0 - 1.0).abs() < 0.1);
+    }
+}

@@ -1,0 +1,88 @@
+//! Inverse depths of one image, as a pinhole camera without distortion would have seen them.
+
+use rayon::prelude::*;
+
+use crate::capture::{Camera, DepthImage};
+use crate::stages::shape::lens::project;
+
+/// Pixels of margin on every side, without reading, so that no window leaves the image.
+pub const MARGIN: usize = 4;
+
+/// Rows are filled up to a multiple of this many pixels, so that they can be worked on in equal pieces.
+pub const COLUMNS: usize = 128;
+
+/// Inverse depths, 1/m, 0 where there is no reading, with a margin all around.
+pub struct InverseDepths {
+    pub width: usize,
+    pub height: usize,
+    /// Values of one row with its margins.
+    pub stride: usize,
+    /// A value in the middle of the readings.
+    middle: f32,
+    pub values: Vec<f32>,
+}
+
+impl InverseDepths {
+    /// Turns counts into inverse depths; readings outside the camera's range are none.
+    pub fn new(camera: &Camera, depth: &DepthImage) -> Self {
+        let (width, height) = (depth.width as usize, depth.height as usize);
+        let stride = width.next_multiple_of(COLUMNS) + 2 * MARGIN;
+        let mut values = vec![0.0; stride * (height + 2 * MARGIN)];
+        let unit = camera.depth_unit as f32;
+        let (near, far) = (camera.depth_min.max(1e-3) as f32, camera.depth_max as f32);
+        let straight = camera.distortion == [0.0; 5];
+        values[MARGIN * stride..]
+            .par_chunks_exact_mut(stride)
+            .zip(depth.counts.par_chunks_exact(width))
+            .with_min_len(16)
+            .enumerate()
+            .for_each(|(y, (row, counts))| {
+                for (x, (q, count)) in row[MARGIN..MARGIN + width].iter_mut().zip(counts).enumerate() {
+                    let count = if straight { *count } else { bent(camera, depth, x, y) };
+                    let z = f32::from(count) * unit;
+                    let known = z >= near && z <= far;
+                    *q = if known { 1.0 / z } else { 0.0 };
+                }
+            });
+        Self {
+            width,
+            height,
+            stride,
+            middle: middle(&values),
+            values,
+        }
+    }
+
+    /// The reading at a pixel, or one in the middle of the image's where there is none.
+    pub fn near(&self, x: usize, y: usize) -> f32 {
+        let own = self.values[self.at(x.min(self.width - 1), y.min(self.height - 1))];
+        if own > 0.0 { own } else { self.middle }
+    }
+
+    /// Position of a pixel.
+    pub fn at(&self, x: usize, y: usize) -> usize {
+        x + MARGIN + self.stride * (y + MARGIN)
+    }
+}
+
+/// Mean of some of the readings, 1/m.
+fn middle(values: &[f32]) -> f32 {
+    let few = values.iter().step_by(61).filter(|q| **q > 0.0);
+    let (sum, count) = few.fold((0.0_f64, 0.0_f64), |(s, n), q| (s + f64::from(*q), n + 1.0));
+    (sum / count.max(1.0)) as f32
+}
+
+/// The pixel of the camera's own image, nearest to where the ray of an undistorted pixel falls.
+pub fn bent_pixel(camera: &Camera, x: usize, y: usize) -> Option<usize> {
+    let ray = ((x as f64 - camera.cx) / camera.fx, (y as f64 - camera.cy) / camera.fy);
+    let (u, v) = project(camera, ray.0, ray.1);
+    let (u, v) = ((u + 0.5).floor(), (v + 0.5).floor());
+    let fits = u >= 0.0 && v >= 0.0 && u < f64::from(camera.width) && v < f64::from(camera.height);
+    fits.then(|| u as usize + camera.width as usize * v as usize)
+}
+
+fn bent(camera: &Camera, depth: &DepthImage, x: usize, y: usize) -> u16 {
+    bent_pixel(camera, x, y)
+        .and_then(|at| depth.counts.get(at).copied())
+        .unwrap_or(0)
+}

@@ -1,0 +1,67 @@
+//! Which blocks a view asks for: those within reach of the surfaces that it shows.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::pyramid::COARSE;
+use super::update::Prepared;
+use crate::geometry::{BLOCK, BlockGrid};
+
+/// Blocks from one look to the next, at most: what lies between is then within reach of one of them.
+const SPACING: f32 = 0.45;
+
+/// Keeps the blocks that are within `reach` of a surface that a view shows, m.
+pub fn touch_blocks(grid: &mut BlockGrid, view: &Prepared, field_from_camera: &Isometry3<f64>, reach: f64) {
+    let block = grid.voxel * f64::from(BLOCK);
+    let camera = view.camera;
+    let unproject = Matrix3::new(
+        1.0 / camera.fx,
+        0.0,
+        -camera.cx / camera.fx,
+        0.0,
+        1.0 / camera.fy,
+        -camera.cy / camera.fy,
+        0.0,
+        0.0,
+        1.0,
+    );
+    let rotation = field_from_camera.rotation.to_rotation_matrix().into_inner();
+    let ray = (rotation * unproject / block).map(|x| x as f32);
+    let eye = (field_from_camera.translation.vector / block).map(|x| x as f32);
+    let reach = (reach / block) as f32;
+    let pixels = SPACING * (block * camera.fx.max(camera.fy)) as f32;
+    let mut last = [[i32::MAX; 3]; 2];
+    for (corner, least) in view.pyramid.coarse() {
+        let count = (COARSE as f32 / (pixels * least)).ceil().clamp(1.0, COARSE as f32) as usize;
+        for n in 0..count * count {
+            let at = |k: usize, corner: usize| corner + (2 * k + 1) * COARSE / (2 * count);
+            let (x, y) = (at(n % count, corner[0]), at(n / count, corner[1]));
+            let [a, b, c, d] = view.planes.pixel(x as u32 + 2, y as u32 + 2);
+            if d <= 0.0 || x >= view.planes.width || y >= view.planes.height {
+                continue;
+            }
+            let (u, v) = (x as f32, y as f32);
+            let p = eye + ray * Vector3::new(u, v, 1.0) * (d / (a * u + b * v + c));
+            let range = [-reach, reach].map(|shift| [p.x, p.y, p.z].map(|x| floor(x + shift)));
+            if range != last {
+                touch_all(grid, range);
+                last = range;
+            }
+        }
+    }
+}
+
+/// The next whole number below, which takes a call where it is asked of the standard library.
+fn floor(x: f32) -> i32 {
+    let whole = x as i32;
+    whole - i32::from(x < whole as f32)
+}
+
+fn touch_all(grid: &mut BlockGrid, [low, high]: [[i32; 3]; 2]) {
+    for x in low[0]..=high[0] {
+        for y in low[1]..=high[1] {
+            for z in low[2]..=high[2] {
+                grid.touch([x, y, z]);
+            }
+        }
+    }
+}

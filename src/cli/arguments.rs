@@ -48,7 +48,7 @@ pub enum Command {
     },
     /// Make a synthetic capture from a scene of the built-in lab, with the truth beside it
     #[command(
-        after_help = "Example:\n  palpate synth scene.toml --out capture\n  palpate synth lab:hinge --out capture"
+        after_help = "Example:\n  palpate synth scene.toml --out capture\n  palpate synth lab:hinge --out capture\n  palpate synth lab:probe-pushes --hide random --seed 7 --out blind"
     )]
     Synth {
         /// A scene file, or lab:NAME for one that is built in (see --list)
@@ -57,6 +57,10 @@ pub enum Command {
         /// Where the capture goes
         #[arg(long, required_unless_present = "list")]
         out: Option<PathBuf>,
+        /// Hide an effect that a plain model lacks: CAUSE[:STRENGTH] (several with commas; a wrong one lists all that
+        /// the scene can hide), random, or none; the truth file alone tells it
+        #[arg(long)]
+        hide: Option<String>,
         /// List the built-in scenes
         #[arg(long)]
         list: bool,

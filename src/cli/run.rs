@@ -31,7 +31,9 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
     let common = &arguments.common;
     match &arguments.command {
         Command::Demo { out } => demo::demo(common, out),
-        Command::Synth { scene, out, list } => synth::synth(common, scene.as_deref(), out.as_deref(), *list),
+        Command::Synth { scene, out, hide, list } => {
+            synth::synth(common, scene.as_deref(), out.as_deref(), hide.as_deref(), *list)
+        }
         Command::Reconstruct {
             capture,
             out,

@@ -9,10 +9,16 @@ use super::arguments::Common;
 use super::output;
 use crate::base::{Error, Result, Seed};
 use crate::capture::write_capture_with;
-use crate::lab::{Scene, read_scene, scene_named, scenes, steps, synthesise};
+use crate::lab::{Scene, hide_at_random, hide_by_word, read_scene, scene_named, scenes, steps, synthesise};
 
 /// Synthesises the scene, or lists the built-in ones.
-pub fn synth(common: &Common, scene: Option<&str>, out: Option<&Path>, list: bool) -> Result<ExitCode> {
+pub fn synth(
+    common: &Common,
+    scene: Option<&str>,
+    out: Option<&Path>,
+    hide: Option<&str>,
+    list: bool,
+) -> Result<ExitCode> {
     if list {
         let names: Vec<&str> = scenes().iter().map(|(name, _)| *name).collect();
         output::result(common, &names.join("\n"), &json!({ "scenes": names }))?;
@@ -21,13 +27,19 @@ pub fn synth(common: &Common, scene: Option<&str>, out: Option<&Path>, list: boo
     let (Some(scene), Some(out)) = (scene, out) else {
         return Err(Error::Usage("synth: a scene and --out are needed".into()));
     };
-    let (parsed, base) = match scene.strip_prefix("lab:") {
+    let (mut parsed, base) = match scene.strip_prefix("lab:") {
         Some(name) => (scene_named(name)?, Path::new(".")),
         None => (
             read_scene(Path::new(scene))?,
             Path::new(scene).parent().unwrap_or(Path::new(".")),
         ),
     };
+    let seed = Seed(common.seed);
+    match hide {
+        Some("random") => parsed.hide = hide_at_random(&parsed, seed),
+        Some(word) => parsed.hide = hide_by_word(&parsed, word, seed)?,
+        None => {}
+    }
     write(common, &parsed, base, out)?;
     let said = json!({ "out": out, "views": parsed.camera.views, "interactions": parsed.action.len() });
     output::result(common, &format!("capture: {}", out.display()), &said)?;

@@ -46,6 +46,16 @@ pub(super) fn check(scene: &Scene, file: &Path) -> Result<()> {
     for (i, action) in scene.action.iter().enumerate() {
         checker.action(&format!("action[{i}] ({})", action.name()), action)?;
     }
+    for (name, seconds) in &scene.pause {
+        let place = format!("pause.{name}");
+        if !scene.action.iter().any(|action| action.name() == name) {
+            return checker.refuse(&place, "no such action", "the name of an action");
+        }
+        checker.not_negative(&place, *seconds)?;
+    }
+    for (i, hide) in scene.hide.iter().enumerate() {
+        checker.not_negative(&format!("hide[{i}].strength"), hide.strength)?;
+    }
     if scene.camera.views == 0 && scene.action.is_empty() {
         return checker.refuse("camera.views", "no view and no action", "at least one of them");
     }

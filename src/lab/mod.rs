@@ -4,6 +4,7 @@ mod check;
 mod check_action;
 mod dynamics;
 mod film;
+mod hidden;
 mod instruments;
 mod lathe;
 mod matter;
@@ -24,12 +25,13 @@ mod surface;
 mod synthesise;
 mod truth;
 
+pub use hidden::{hidden_causes, hide_at_random, hide_by_word};
 pub use perform::{Performance, perform};
 pub use read::{parse_scene, read_scene};
 pub use robot::LabRig;
 pub use scene::{
-    ActionSpec, BodySpec, BondSpec, CameraSpec, FilmSpec, FoamSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec,
-    PairSpec, Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
+    ActionSpec, BodySpec, BondSpec, CameraSpec, FilmSpec, FoamSpec, FrictionSpec, HideSpec, JointSpec, JointSpecKind,
+    NoiseSpec, PairSpec, Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
 };
 pub use scenes::{scene_named, scenes};
 pub use solid::{ConvexPart, PartShape, Solid, build_solids};

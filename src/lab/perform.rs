@@ -6,6 +6,7 @@ use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 use rayon::prelude::*;
 
 use super::dynamics::{Frame, Hand, Script, Ties, Tilting, Turning, Wielding, World, participants, put_on_table};
+use super::hidden::{Effect, Occasion, altered, effects, faults, occasions, target};
 use super::{Scene, Solid};
 use crate::base::{Pose, Progress, Result};
 use crate::capture::{Kind, Tool};
@@ -60,18 +61,24 @@ pub(super) fn perform_in_steps(
     progress: &Progress,
     dt: f64,
 ) -> Result<Vec<Performance>> {
+    let effects = effects(scene)?;
+    let scene = &altered(scene, &effects);
     let ties = Ties::new(scene, solids);
     let scripts: Vec<Script> = scene
         .action
         .iter()
         .map(|action| Script::new(scene, action, solids.values()))
         .collect::<Result<_>>()?;
-    let done = scripts.par_iter().map(|script| {
-        let performance = Stage::set(scene, solids, &ties, script, dt).play();
+    let durations: Vec<f64> = scripts.iter().map(|script| script.duration).collect();
+    let occasions = occasions(&scene.action, &durations, &scene.pauses());
+    let done = scripts.par_iter().zip(occasions).map(|(script, occasion)| {
+        let performance = Stage::set(scene, solids, &ties, (script, &occasion), &effects, dt).play();
         progress.advance();
         performance
     });
-    Ok(done.collect())
+    let mut done: Vec<Performance> = done.collect();
+    faults(&effects).distort(&mut done);
+    Ok(done)
 }
 
 /// One action about to be carried out.
@@ -89,7 +96,14 @@ struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    fn set(scene: &Scene, solids: &BTreeMap<String, Solid>, ties: &Ties, script: &'a Script, dt: f64) -> Self {
+    fn set(
+        scene: &Scene,
+        solids: &BTreeMap<String, Solid>,
+        ties: &Ties,
+        (script, occasion): (&'a Script, &Occasion),
+        effects: &[Effect],
+        dt: f64,
+    ) -> Self {
         let names = participants(solids, ties, script);
         let alone: BTreeMap<String, Solid>;
         let solids = if script.tilting.is_some() {
@@ -102,14 +116,18 @@ impl<'a> Stage<'a> {
             solids
         };
         let mut world = World::new(scene, solids, &names);
+        let about = target(scene).and_then(|name| world.index(name));
+        world.make_otherwise(effects, about);
         settle(&mut world, dt);
+        world.hide(effects, about, occasion);
         Self {
             script,
             tracked: (0..world.names.len()).collect(),
-            hand: script
-                .wielding
-                .as_ref()
-                .and_then(|w| hand_of(scene, solids, &world, script, w)),
+            hand: script.wielding.as_ref().and_then(|w| {
+                let mut hand = hand_of(scene, solids, &world, script, w)?;
+                hand.hide(effects, occasion);
+                Some(hand)
+            }),
             gravity: world.gravity,
             world,
             dt,
@@ -166,7 +184,7 @@ impl<'a> Stage<'a> {
 
     /// Whether all rests and will rest until the next reading: then no step needs to be taken.
     fn nothing_happens(&mut self, time: f64) -> bool {
-        let still = self.script.tilting.is_none() && self.world.liveliness() < 1e-8;
+        let still = self.script.tilting.is_none() && self.world.liveliness() < 1e-8 && !self.world.never_rests();
         self.quiet = if still { self.quiet + 1 } else { 0 };
         if self.quiet < 5 {
             return false;

@@ -1,5 +1,7 @@
 //! A scene of the lab as a TOML file: what there is, how it is looked at, what is done to it. SI units.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +44,38 @@ pub struct Scene {
     /// What is done, in this order; each starts from the scene as it was at first.
     #[serde(default)]
     pub action: Vec<ActionSpec>,
+    /// Seconds of stillness before an action, by its name, beyond the usual half second.
+    #[serde(default)]
+    pub pause: BTreeMap<String, f64>,
+    /// Effects that a plain model lacks; the capture says nothing of them.
+    #[serde(default)]
+    pub hide: Vec<HideSpec>,
+}
+
+impl Scene {
+    /// Seconds of stillness before each action, beyond the usual half second.
+    pub fn pauses(&self) -> Vec<f64> {
+        let of = |action: &ActionSpec| self.pause.get(action.name()).copied().unwrap_or(0.0);
+        self.action.iter().map(of).collect()
+    }
+}
+
+/// A hidden effect.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HideSpec {
+    /// One of those that `hidden_causes` lists for the scene.
+    pub cause: String,
+    /// 1 is a plain amplitude of its kind, 0 none.
+    #[serde(default = "plain")]
+    pub strength: f64,
+    /// Its other numbers are drawn from this.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+fn plain() -> f64 {
+    1.0
 }
 
 fn earth() -> [f64; 3] {

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::film::film;
+use super::hidden::{alter_solids, effects, faults, target, told};
 use super::obj::write_obj;
 use super::range_camera;
 use super::ray::Stage;
@@ -43,22 +44,30 @@ pub fn steps(scene: &Scene) -> u64 {
 /// # Errors
 /// Mesh files that are missing or not closed, and motions that cannot be integrated.
 pub fn synthesise(scene: &Scene, base: &Path, seed: Seed, progress: &Progress) -> Result<Synthetic> {
-    let solids = build_solids(scene, base)?;
+    let effects = effects(scene)?;
+    let mut solids = build_solids(scene, base)?;
+    if let Some(target) = target(scene) {
+        alter_solids(&effects, target, &mut solids);
+    }
     let views = take_views(scene, &solids, seed, progress)?;
     let performances = perform(scene, &solids, progress)?;
-    let (truth, mut files) = truth(scene, &solids);
+    let (mut truth, mut files) = truth(scene, &solids);
+    told(&effects, &mut truth);
+    let mut interactions = record(scene, &performances, views.len(), seed);
+    faults(&effects).spoil(&mut interactions, seed);
     let text = serde_json::to_string_pretty(&truth).map_err(|e| Error::Failed(format!("{TRUTH}: {e}")))?;
     files.insert(0, (TRUTH.into(), (text + "\n").into_bytes()));
     let mut cameras = Vec::new();
     if !views.is_empty() {
         cameras.push(rig::camera(&scene.camera, scene.noise.stated));
     }
-    let mut interactions = record(scene, &performances, views.len(), seed);
     if let Some(spec) = &scene.film {
         let mut camera = rig::camera(&spec.lens(), scene.noise.stated);
         camera.name = "film".into();
         cameras.push(camera);
-        for (interaction, (performance, start)) in interactions.iter_mut().zip(&starts(&performances, views.len())) {
+        for (interaction, (performance, start)) in
+            interactions.iter_mut().zip(&starts(scene, &performances, views.len()))
+        {
             interaction.frames = film(scene, &solids, (performance, *start), (spec, &cameras), seed)?;
         }
     }
@@ -104,10 +113,11 @@ fn take_views(scene: &Scene, solids: &BTreeMap<String, Solid>, seed: Seed, progr
 }
 
 /// When each performance starts on the one clock: after the one before.
-fn starts(performances: &[Performance], views: usize) -> Vec<(&Performance, f64)> {
+fn starts<'a>(scene: &Scene, performances: &'a [Performance], views: usize) -> Vec<(&'a Performance, f64)> {
     let mut start = (0.1 * views as f64).ceil() + 1.0;
     let mut out = Vec::with_capacity(performances.len());
-    for performance in performances {
+    for (performance, pause) in performances.iter().zip(scene.pauses()) {
+        start += pause;
         out.push((performance, start));
         let last = |times: &[f64]| times.last().copied().unwrap_or(0.0);
         start += last(&performance.force_time).max(last(&performance.track_time)) + PAUSE;
@@ -115,9 +125,10 @@ fn starts(performances: &[Performance], views: usize) -> Vec<(&Performance, f64)
     out
 }
 
+/// The interactions on one clock.
 fn record(scene: &Scene, performances: &[Performance], views: usize, seed: Seed) -> Vec<Interaction> {
     let mut interactions = Vec::with_capacity(performances.len());
-    for (performance, start) in starts(performances, views) {
+    for (performance, start) in starts(scene, performances, views) {
         let mut interaction = sensors::record(performance, &scene.noise, start, seed);
         interaction
             .tracks

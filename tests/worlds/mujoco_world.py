@@ -2,13 +2,16 @@
 """Makes captures with MuJoCo as the world: a judge that shares no physics with the estimators.
 
     python mujoco_world.py OUT --kind tin|pad|stack|glued|hinge|drawer --seed N [--views]
+    python mujoco_world.py OUT --kind tin|pad|hinge|drawer --seed N --hide CAUSE[:STRENGTH][,CAUSE...]
 
 Needs `mujoco` and `numpy` only. OUT becomes a capture folder (format palpate-capture/1) with the right
 answers in truth.json beside it. Masses, frictions, sizes, stiffnesses, joint axes and the noise are drawn
 from the seed. Friction is regularised Coulomb (static = kinetic). With --views the scene is rendered by
-MuJoCo (MUJOCO_GL=egl or osmesa) or, without a graphics library, ray-cast.
+MuJoCo (MUJOCO_GL=egl or osmesa) or, without a graphics library, ray-cast. With --hide the scene has a richer
+protocol, known shapes instead of views, and an effect that a plain model lacks (or `none`), told in truth.json alone.
 """
 import argparse
+import bisect
 import json
 import os
 import pathlib
@@ -147,7 +150,9 @@ class World:
         mujoco.mj_forward(self.model, data)
 
         def drive(t, data):
-            data.mocap_pos[0] = [np.interp(t, times, places[:, k]) for k in range(3)]
+            i = min(max(bisect.bisect_right(times, t), 1), len(times) - 1)
+            share = min(max((t - times[i - 1]) / (times[i] - times[i - 1]), 0.0), 1.0)
+            data.mocap_pos[0] = places[i - 1] + share * (places[i] - places[i - 1])
 
         def observe(data):
             return np.r_[self.finger_force(data), 0, 0, 0], data.xpos[self.tip_body]
@@ -522,7 +527,7 @@ def write_interaction(out, name, kind, target, record, held):
     entry = {"name": name, "kind": kind, "target": target}
     if held:
         entry["held_out"] = True
-    if record["force"]:
+    if len(record["force"]):
         write_rows(folder / "force.csv", "time,fx,fy,fz,tx,ty,tz", record["force"])
         write_rows(folder / "tool.csv", "time,x,y,z,qx,qy,qz,qw", record["tool"])
         entry |= {"force": here + "force.csv", "tool_path": here + "tool.csv",
@@ -544,13 +549,33 @@ def write_interaction(out, name, kind, target, record, held):
 KINDS = dict(tin=tin, pad=pad, stack=stack, glued=glued, hinge=hinge, drawer=drawer)
 
 
+def write_hidden(options):
+    """A capture with a hidden effect: known shapes, no views."""
+    import hidden_scenes
+    done, held, truth, meshes = hidden_scenes.make(options.kind, options.seed, options.hide)
+    out = options.out
+    (out / "meshes").mkdir(parents=True, exist_ok=True)
+    bodies = []
+    for name, (mesh, pose) in meshes.items():
+        (out / "meshes" / f"{name}.obj").write_text(mesh)
+        bodies.append(dict(name=name, mesh=f"meshes/{name}.obj", pose=[float(x) for x in pose]))
+    capture = {"format": "palpate-capture/1", "name": f"{options.kind}-{options.seed}", "gravity": [0, 0, -G],
+               "support": {"point": [0, 0, 0], "normal": [0, 0, 1], "material": "wood"}, "bodies": bodies,
+               "interactions": [write_interaction(out, *trial, trial[0] in held) for trial in done], "truth": "truth.json"}
+    (out / "capture.json").write_text(json.dumps(capture, indent=1))
+    (out / "truth.json").write_text(json.dumps(truth, indent=1))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--kind", choices=KINDS, required=True)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--views", action="store_true")
+    parser.add_argument("--hide", metavar="CAUSE[:STRENGTH]", help="hide effects in the world or its sensors")
     options = parser.parse_args()
+    if options.hide:
+        return write_hidden(options)
     rng = np.random.default_rng([options.seed, list(KINDS).index(options.kind)])
     world, done, held, truth = KINDS[options.kind](rng)
     out = options.out

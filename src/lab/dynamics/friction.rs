@@ -48,6 +48,26 @@ impl DryFriction {
         }
     }
 
+    /// With this factor on both coefficients.
+    #[inline]
+    pub fn times(&self, factor: f64) -> Self {
+        Self {
+            static_: self.static_ * factor,
+            kinetic: self.kinetic * factor,
+            ..*self
+        }
+    }
+
+    /// With a break-away stretch that is longer by `length`, m.
+    pub fn softened(&self, length: f64) -> Self {
+        let stiffness = self.static_.max(1e-3) / (PRESLIDING + length);
+        Self {
+            stiffness,
+            damping: 2.0 * RATIO * (stiffness / 9.81).sqrt(),
+            ..*self
+        }
+    }
+
     #[inline]
     fn level(&self, slipping: bool, speed: f64) -> f64 {
         if !slipping {

@@ -4,12 +4,16 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::body::{Frame, RigidBody, Wrench};
 use super::weld::{rotation_error, stiff};
+use crate::lab::hidden::JointLaw;
 use crate::lab::{JointSpec, JointSpecKind};
 
 /// Stiffness that is wanted of what is constrained, N/m and N·m/rad (less where a part is too light for it).
 const WANTED: (f64, f64) = (2e6, 5e3);
 /// Travel before a joint's dry friction is fully up, rad or m.
 const PRESLIDING: (f64, f64) = (5e-4, 2e-5);
+
+/// Hidden laws of a slide count in this many metres, and in its inverse in newtons.
+const SLIDE: f64 = 0.1;
 
 /// A joint between the bodies `a` and `b`; positive motion is that of `b` against `a`.
 #[derive(Clone, Debug)]
@@ -36,6 +40,7 @@ pub(crate) struct Joint {
     rest: f64,
     limits: Option<[f64; 2]>,
     position: f64,
+    hidden: Vec<JointLaw>,
 }
 
 impl Joint {
@@ -80,7 +85,13 @@ impl Joint {
             rest: spec.rest,
             limits: spec.limits,
             position: 0.0,
+            hidden: Vec::new(),
         }
+    }
+
+    /// Follows one more law from now on.
+    pub fn hide(&mut self, law: JointLaw) {
+        self.hidden.push(law);
     }
 
     /// The wrench on `b`; `a` gets the opposite.
@@ -128,8 +139,15 @@ impl Joint {
     /// viscous damping, spring, stops that can only push.
     fn effort(&mut self, rate: f64, dt: f64) -> f64 {
         let mut effort = -self.damping * rate - self.stiffness * (self.position - self.rest);
-        if self.friction > 0.0 {
-            let limit = self.friction / self.bristle_stiffness;
+        let mut friction = self.friction;
+        if !self.hidden.is_empty() {
+            let scale = if self.revolute { 1.0 } else { SLIDE };
+            let (q, dq) = (self.position / scale, rate / scale);
+            effort += self.hidden.iter().map(|law| law.effort(q, dq)).sum::<f64>() / scale;
+            friction *= self.hidden.iter().map(|law| law.factor(q, dq)).product::<f64>();
+        }
+        if friction > 0.0 {
+            let limit = friction / self.bristle_stiffness;
             let stretch = self.bristle + rate * dt;
             self.bristle = stretch.clamp(-limit, limit);
             let viscous = if stretch == self.bristle {
@@ -137,7 +155,7 @@ impl Joint {
             } else {
                 0.0
             };
-            effort -= (self.bristle_stiffness * self.bristle + viscous).clamp(-self.friction, self.friction);
+            effort -= (self.bristle_stiffness * self.bristle + viscous).clamp(-friction, friction);
         }
         if let Some([low, high]) = self.limits {
             let (k, c) = (0.2 * self.along.0, 0.4 * self.along.1);

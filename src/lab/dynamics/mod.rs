@@ -6,6 +6,7 @@ mod distance;
 mod drive;
 mod footprint;
 mod friction;
+mod hiding;
 mod joint;
 mod patch;
 mod prepared;

@@ -6,6 +6,7 @@ use super::body::{Frame, Wrench};
 use super::distance::{Piece, nearest};
 use super::footprint::Foot;
 use super::friction::{Bristle, DryFriction};
+use crate::lab::hidden::{Make, SlideLaw};
 
 /// Natural frequency of a body on its contacts, rad/s: it sags by g/ω² = 0.6 µm under its own weight.
 pub(crate) const CONTACT_FREQUENCY: f64 = 4000.0;
@@ -212,8 +213,26 @@ impl Standing {
         self.stands
     }
 
-    /// The wrench on the body.
-    pub fn act(&mut self, owner: &Frame, leans: bool, dt: f64) -> Wrench {
+    /// Stands otherwise than it should.
+    pub fn make(&mut self, make: Make, owner: &Frame) {
+        match make {
+            Make::Presliding(length) => self.law = self.law.softened(length),
+            Make::Pressure(share) => {
+                let far = |foot: &Foot| (foot.place(owner).0 - owner.position).xy().norm_squared();
+                let most = self.feet.iter().map(|(foot, ..)| far(foot)).fold(1e-12, f64::max);
+                let sum = |feet: &[(Foot, f64, Bristle)]| feet.iter().map(|(_, weight, _)| weight).sum::<f64>();
+                let before = sum(&self.feet);
+                for (foot, weight, _) in &mut self.feet {
+                    *weight *= 1.0 + share * far(foot) / most;
+                }
+                let kept = before / sum(&self.feet);
+                self.feet.iter_mut().for_each(|(_, weight, _)| *weight *= kept);
+            }
+        }
+    }
+
+    /// The wrench on the body, whose friction on the table is changed by what is `hidden`.
+    pub fn act(&mut self, owner: &Frame, leans: bool, hidden: &[SlideLaw], dt: f64) -> Wrench {
         let mut wrench = Wrench::zero();
         if owner.position.z > self.reach + 1e-3 {
             return wrench;
@@ -232,6 +251,8 @@ impl Standing {
             let velocity = owner.velocity_at(&at);
             total += *weight * depth;
             let size = self.spring.force(*weight, depth, velocity.z, usual);
+            let factor: f64 = hidden.iter().map(|h| h.factor(&at, &velocity)).product();
+            let law = if hidden.is_empty() { law } else { law.times(factor) };
             let friction = bristle.advance(&law, &Vector3::z(), &velocity, dt);
             wrench.push(&at, (Vector3::z() + friction) * size);
         }

@@ -8,8 +8,8 @@ use super::footprint::{Foot, shell};
 use super::friction::{Bristle, DryFriction};
 use super::patch::{Patch, Spring};
 use super::weld::{Weld, WeldSpring, stiff};
-use crate::lab::FoamSpec;
-use crate::lab::PartShape;
+use crate::lab::hidden::{Act, Effect, ElasticLaw, Occasion};
+use crate::lab::{FoamSpec, PartShape};
 
 /// Stiffness of a touch, N/m.
 const TOUCH: f64 = 2e4;
@@ -54,9 +54,22 @@ pub(crate) struct Cushion {
     foam: FoamSpec,
     law: DryFriction,
     bristle: Bristle,
+    hidden: Vec<ElasticLaw>,
 }
 
 impl Hand {
+    /// Hides effects in what it presses.
+    pub fn hide(&mut self, effects: &[Effect], occasion: &Occasion) {
+        let Hand::Touch { cushions, .. } = self else { return };
+        for effect in effects {
+            if let Act::Elastic(law) = &effect.act {
+                let mut law = law.clone();
+                law.begin(occasion.start, occasion.deepest);
+                cushions.iter_mut().for_each(|cushion| cushion.hidden.push(law.clone()));
+            }
+        }
+    }
+
     /// A tool of this shape against all these bodies.
     pub fn touching(shape: &PartShape, friction: f64, touched: Vec<Touched>) -> Self {
         let law = DryFriction::new(friction, friction);
@@ -70,6 +83,7 @@ impl Hand {
                     foam,
                     law,
                     bristle: Bristle::default(),
+                    hidden: Vec::new(),
                 });
             } else {
                 patches.extend(patches_against(shape, law, &thing));
@@ -197,13 +211,24 @@ impl TouchPatch {
 impl Cushion {
     fn act(&mut self, tool: &Frame, body: &Frame, dt: f64) -> Wrench {
         let mut wrench = Wrench::zero();
-        let Some((depth, normal, at)) = self.sunk(tool, body).filter(|(depth, ..)| *depth > 0.0) else {
+        let pulls = self.hidden.iter().any(ElasticLaw::pulls);
+        let Some((depth, normal, at)) = self.sunk(tool, body).filter(|(depth, ..)| *depth > 0.0 || pulls) else {
             self.bristle.release();
             return wrench;
         };
         let velocity = body.velocity_at(&at) - tool.velocity_at(&at);
-        let sinking = normal.dot(&velocity);
-        let size = (self.foam.stiffness * depth + self.foam.damping * sinking).max(0.0);
+        let (sinking, k) = (normal.dot(&velocity), self.foam.stiffness);
+        let (mut pushed, mut pulled) = (0.0, 0.0);
+        for law in &mut self.hidden {
+            let force = law.force(depth, sinking, k, dt);
+            *(if law.pulls() { &mut pulled } else { &mut pushed }) += force;
+        }
+        if depth <= 0.0 {
+            self.bristle.release();
+            wrench.push(&at, normal * -pulled);
+            return wrench;
+        }
+        let size = (k * depth + self.foam.damping * sinking + pushed).max(0.0) + pulled;
         let friction = self.bristle.advance(&self.law, &normal, &velocity, dt);
         wrench.push(&at, (friction - normal) * size);
         wrench

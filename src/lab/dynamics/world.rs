@@ -6,11 +6,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::body::{Frame, RigidBody, Wrench, reach_of};
 use super::distance::Piece;
+use super::hiding::Hiding;
 use super::joint::Joint;
 use super::patch::{Patch, Spring, Standing};
 use super::prepared::{Prepared, law_of, shell_of, standing_of, standing_patches};
 use super::tool::{Hand, Touched};
 use super::weld::{Weld, WeldSpring, stiff};
+use crate::lab::hidden::{Act, Effect, Occasion};
 use crate::lab::{PartShape, Scene, Solid};
 
 /// Stiffness of one point of contact between bodies that meet, N/m.
@@ -58,6 +60,7 @@ pub(crate) struct World {
     contacts: Vec<Contact>,
     joints: Vec<Joint>,
     bonds: Vec<Bond>,
+    hiding: Option<Hiding>,
 }
 
 /// Gravity in the axes of the table, which rises by the hidden slopes along +x and +y.
@@ -94,6 +97,7 @@ impl World {
             contacts: Vec::new(),
             joints: Vec::new(),
             bonds: Vec::new(),
+            hiding: None,
         };
         world.add_joints(scene);
         world.add_bonds(scene);
@@ -190,6 +194,33 @@ impl World {
         }
     }
 
+    /// Lets the body `about` stand otherwise than it should.
+    pub fn make_otherwise(&mut self, effects: &[Effect], about: Option<usize>) {
+        let Some((about, standing)) = about.and_then(|i| Some((i, self.standings.get_mut(i)?.as_mut()?))) else {
+            return;
+        };
+        for effect in effects {
+            if let Act::Make(make) = &effect.act {
+                standing.make(*make, &self.bodies[about].frame);
+            }
+        }
+    }
+
+    /// Hides effects in the laws of what slides (the body `about`) and turns, from now on.
+    pub fn hide(&mut self, effects: &[Effect], about: Option<usize>, occasion: &Occasion) {
+        self.hiding = about.and_then(|i| Hiding::new(effects, (i, self.bodies.get_mut(i)?), occasion));
+        for effect in effects {
+            if let Act::Joint(law) = effect.act {
+                self.joints.iter_mut().for_each(|joint| joint.hide(law));
+            }
+        }
+    }
+
+    /// Whether something goes on even where all is still.
+    pub fn never_rests(&self) -> bool {
+        self.hiding.as_ref().is_some_and(Hiding::never_rests)
+    }
+
     /// A tool of this shape that touches whatever it meets.
     pub fn touching(&self, scene: &Scene, solids: &BTreeMap<String, Solid>, shape: &PartShape, friction: f64) -> Hand {
         let touched = self.bodies.iter().enumerate().filter_map(|(index, body)| {
@@ -216,10 +247,14 @@ impl World {
     /// One step; gives what the tool exerts on the bodies.
     pub fn step(&mut self, tool: Option<(&mut Hand, &Frame)>, dt: f64) -> Wrench {
         self.weigh();
-        for (body, standing) in self.bodies.iter_mut().zip(&mut self.standings) {
+        if let Some(hiding) = &mut self.hiding {
+            hiding.act(&mut self.bodies, &self.gravity, dt);
+        }
+        for (i, (body, standing)) in self.bodies.iter_mut().zip(&mut self.standings).enumerate() {
             if let Some(standing) = standing {
                 let leans = body.leans() || !standing.stands();
-                let wrench = standing.act(&body.frame, leans, dt);
+                let laws = self.hiding.as_ref().map_or(&[][..], |hiding| hiding.laws_of(i));
+                let wrench = standing.act(&body.frame, leans, laws, dt);
                 body.wrench.add(&wrench, 1.0);
             }
         }

@@ -252,7 +252,6 @@ fn replace(shapes: &mut Shapes, name: &str, parts: [Mesh; 2]) {
             )),
             collision: Vec::new(),
             superquadric: None,
-            silhouettes: Vec::new(),
         };
         shapes.objects.insert(at + k, object);
     }

@@ -1,0 +1,193 @@
+//! Which causes a scene can hide, and how they are asked for and told.
+
+use rand::Rng;
+
+use super::draw::effect;
+use super::law::Effect;
+use crate::base::{Error, Result, Seed, nearest_name, rng_for};
+use crate::lab::{ActionSpec, HideSpec, Scene};
+use crate::twin::Truth;
+
+/// What must be done in a scene for a cause to show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shows {
+    Push,
+    Press,
+    Turn,
+    Force,
+}
+
+/// All that can be hidden.
+const CAUSES: &[(&str, Shows)] = &[
+    ("velocity-weakening-friction", Shows::Push),
+    ("viscous-friction", Shows::Push),
+    ("static-ageing", Shows::Push),
+    ("rate-state-friction", Shows::Push),
+    ("anisotropic-friction", Shows::Push),
+    ("friction-patch", Shows::Push),
+    ("uneven-support-pressure", Shows::Push),
+    ("presliding", Shows::Push),
+    ("wear-or-heating", Shows::Push),
+    ("tool-friction", Shows::Push),
+    ("com-offset", Shows::Push),
+    ("yaw-inertia", Shows::Push),
+    ("loose-mass", Shows::Push),
+    ("added-inertia", Shows::Push),
+    ("support-tilt", Shows::Push),
+    ("gravity-error", Shows::Push),
+    ("bump", Shows::Push),
+    ("magnet", Shows::Push),
+    ("tether", Shows::Push),
+    ("hidden-body", Shows::Push),
+    ("breakaway-bond", Shows::Push),
+    ("outside-texture", Shows::Push),
+    ("outside-ratchet", Shows::Push),
+    ("outside-shaking-table", Shows::Push),
+    ("hardening-stiffness", Shows::Press),
+    ("second-stage", Shows::Press),
+    ("power-law-stiffness", Shows::Press),
+    ("elastic-damping", Shows::Press),
+    ("stress-relaxation", Shows::Press),
+    ("plastic-set", Shows::Press),
+    ("elastic-hysteresis", Shows::Press),
+    ("guide-friction", Shows::Press),
+    ("softening-by-use", Shows::Press),
+    ("snap-through", Shows::Press),
+    ("preload", Shows::Press),
+    ("stiffness-drift", Shows::Press),
+    ("adhesion", Shows::Press),
+    ("outside-ribs", Shows::Press),
+    ("joint-damping", Shows::Turn),
+    ("joint-quadratic-damping", Shows::Turn),
+    ("joint-spring", Shows::Turn),
+    ("joint-stiction", Shows::Turn),
+    ("detent", Shows::Turn),
+    ("latch", Shows::Turn),
+    ("joint-gravity", Shows::Turn),
+    ("soft-close", Shows::Turn),
+    ("limit-compliance", Shows::Turn),
+    ("outside-joint-texture", Shows::Turn),
+    ("force-bias", Shows::Force),
+    ("force-bias-world", Shows::Push),
+    ("force-gain", Shows::Push),
+    ("force-drift", Shows::Force),
+    ("force-crosstalk", Shows::Push),
+    ("force-saturation", Shows::Force),
+    ("time-delay", Shows::Push),
+    ("sensor-lag", Shows::Force),
+    ("clock-drift", Shows::Push),
+    ("length-scale", Shows::Push),
+    ("tracking-error", Shows::Push),
+    ("contact-point-offset", Shows::Push),
+    ("quantisation", Shows::Force),
+    ("outliers", Shows::Force),
+];
+
+fn shows(scene: &Scene, what: Shows) -> bool {
+    let hinged = |name: &String| scene.joint.iter().any(|j| &j.b == name || &j.a == name);
+    scene.action.iter().any(|action| match (what, action) {
+        (Shows::Push, ActionSpec::Push { target, .. }) => !hinged(target),
+        (Shows::Press, ActionSpec::Press { target, .. }) => {
+            scene.body.iter().any(|b| &b.name == target && b.foam.is_some())
+        }
+        (Shows::Turn, ActionSpec::Push { target, .. } | ActionSpec::Pull { target, .. }) => hinged(target),
+        (Shows::Force, ActionSpec::Push { .. } | ActionSpec::Pull { .. } | ActionSpec::Press { .. }) => true,
+        _ => false,
+    })
+}
+
+/// The causes that can be hidden in `scene`, given what is done in it; `outside-…` are none of the catalogue.
+pub fn hidden_causes(scene: &Scene) -> Vec<&'static str> {
+    let able = CAUSES.iter().filter(|(_, what)| shows(scene, *what));
+    able.map(|(cause, _)| *cause).collect()
+}
+
+/// Reads `CAUSE[:STRENGTH]`, several with commas; `none` hides nothing. Strength 1 is a plain amplitude of its kind.
+///
+/// # Errors
+/// A cause that there is not or that the scene cannot show, and a strength that is no positive number or zero.
+pub fn hide_by_word(scene: &Scene, word: &str, seed: Seed) -> Result<Vec<HideSpec>> {
+    let able = hidden_causes(scene);
+    let mut all = Vec::new();
+    for part in word.split(',').filter(|part| *part != "none") {
+        let (cause, strength) = part.split_once(':').unwrap_or((part, "1"));
+        if !able.contains(&cause) {
+            let near = nearest_name(cause, able.iter().copied().chain(["none", "random"]));
+            let hint = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
+            let list = able.join(", ");
+            return Err(Error::Usage(format!(
+                "--hide: {} cannot hide {cause:?}{hint}; it can hide: none, random, {list}",
+                scene.name
+            )));
+        }
+        let strength = strength.parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0);
+        let strength =
+            strength.ok_or_else(|| Error::Usage(format!("--hide: the strength in {part:?} is no number")))?;
+        all.push(HideSpec {
+            cause: cause.to_owned(),
+            strength,
+            seed: seed.0,
+        });
+    }
+    Ok(all)
+}
+
+/// A drawn effect (in a quarter of all draws none), its strength log-uniform from 1/4 to 4.
+pub fn hide_at_random(scene: &Scene, seed: Seed) -> Vec<HideSpec> {
+    let mut rng = rng_for(seed, "what is hidden");
+    let able = hidden_causes(scene);
+    if able.is_empty() || rng.random::<f64>() < 0.25 {
+        return Vec::new();
+    }
+    let strength = 4.0_f64.powf(rng.random_range(-1.0..1.0));
+    vec![HideSpec {
+        cause: able[rng.random_range(0..able.len())].to_owned(),
+        strength,
+        seed: seed.0,
+    }]
+}
+
+/// The body that effects are about: the target of the first push of a free body, else of the first action with one.
+pub(in crate::lab) fn target(scene: &Scene) -> Option<&str> {
+    let free = scene.action.iter().find_map(|action| match action {
+        ActionSpec::Push { target, .. } => Some(target.as_str()),
+        _ => None,
+    });
+    free.or_else(|| scene.action.iter().find_map(ActionSpec::target))
+}
+
+/// The effects of a scene, drawn.
+///
+/// # Errors
+/// A cause that the scene cannot hide.
+pub(in crate::lab) fn effects(scene: &Scene) -> Result<Vec<Effect>> {
+    let able = hidden_causes(scene);
+    let mut all = Vec::new();
+    for (i, spec) in scene.hide.iter().enumerate() {
+        let Some(cause) = able.iter().find(|cause| **cause == spec.cause) else {
+            return Err(Error::bad_input(
+                &scene.name,
+                format!("hide[{i}].cause"),
+                format!("{:?}", spec.cause),
+                format!("one of {}", able.join(", ")),
+            ));
+        };
+        all.push(effect(scene, cause, spec));
+    }
+    Ok(all)
+}
+
+/// Tells the truth of what is hidden; what has no strength is not there.
+pub(in crate::lab) fn told(effects: &[Effect], truth: &mut Truth) {
+    for effect in effects
+        .iter()
+        .filter(|e| e.parameters.get("strength").is_some_and(|s| *s > 0.0))
+    {
+        if !truth.causes.iter().any(|c| c == effect.cause) {
+            truth.causes.push(effect.cause.to_owned());
+        }
+        truth
+            .cause_parameters
+            .insert(effect.cause.to_owned(), effect.parameters.clone());
+    }
+}

@@ -1,0 +1,68 @@
+//! Hidden effects in what the scene is made of: the capture still states the plain scene.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::law::{Act, Effect};
+use crate::lab::{ActionSpec, Scene, Solid};
+
+/// A change of the scene.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::lab) enum Setting {
+    /// Slopes of the table, rad.
+    Tilt([f64; 2]),
+    /// Gravity leans by these angles about x and y (rad), and is longer by this share.
+    Gravity([f64; 2], f64),
+    /// The centre of mass of the target, beside its place, body frame, m.
+    Centre([f64; 2]),
+    /// Factor on the inertia of the target about its vertical axis.
+    YawInertia(f64),
+    /// Factor on the friction between tools and what they push.
+    ToolFriction(f64),
+}
+
+fn settings(effects: &[Effect]) -> impl Iterator<Item = &Setting> {
+    effects.iter().filter_map(|effect| match &effect.act {
+        Act::Setting(setting) => Some(setting),
+        _ => None,
+    })
+}
+
+/// The scene as it really is.
+pub(in crate::lab) fn altered(scene: &Scene, effects: &[Effect]) -> Scene {
+    let mut real = scene.clone();
+    for setting in settings(effects) {
+        match *setting {
+            Setting::Tilt([x, y]) => {
+                real.support.tilt[0] += x;
+                real.support.tilt[1] += y;
+            }
+            Setting::Gravity([x, y], longer) if x != 0.0 || y != 0.0 || longer != 0.0 => {
+                let lean = Rotation3::from_scaled_axis(Vector3::new(x, y, 0.0));
+                real.gravity = (lean * Vector3::from(scene.gravity) * (1.0 + longer)).into();
+            }
+            Setting::ToolFriction(factor) => {
+                for action in &mut real.action {
+                    if let ActionSpec::Push { tool_friction, .. } = action {
+                        *tool_friction *= factor;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    real
+}
+
+/// The solids as they really are; `target` is the body that effects are about.
+pub(in crate::lab) fn alter_solids(effects: &[Effect], target: &str, solids: &mut BTreeMap<String, Solid>) {
+    let Some(solid) = solids.get_mut(target) else { return };
+    for setting in settings(effects) {
+        match *setting {
+            Setting::Centre([x, y]) => solid.com += Vector3::new(x, y, 0.0),
+            Setting::YawInertia(factor) => solid.inertia[(2, 2)] *= factor,
+            _ => {}
+        }
+    }
+}

@@ -11,4 +11,7 @@ mod units;
 mod update;
 mod windows;
 
+#[cfg(test)]
+mod tests;
+
 pub use fuse::{Fusion, FusionConfig};

@@ -11,7 +11,4 @@ mod units;
 mod update;
 mod windows;
 
-#[cfg(test)]
-mod tests;
-
 pub use fuse::{Fusion, FusionConfig};

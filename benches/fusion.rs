@@ -1,5 +1,6 @@
 //! CPU time, memory and surface of the fusion of a sequence of range images:
-//! `cargo bench --bench fusion -- [FOLDER] [--color] [--mesh OUT.ply] [--voxel 0.002] [--repeat 3]`.
+//! `cargo bench --bench fusion -- [FOLDER] [--color] [--mesh OUT.ply] [--voxel 0.002] [--repeat 3] [--threads N]`;
+//! `benches/fusion_beside_open3d.py` runs it in turns with Open3D.
 //!
 //! FOLDER holds `capture.json` with `width`, `height`, `fx`, `fy`, `cx`, `cy`, `depth_scale` and `frames`, each with
 //! `depth`, `color` (PNG) and `camera_to_world` (4 x 4, optical frame). Without one the lab renders a scene.
@@ -33,6 +34,7 @@ struct Settings {
     mesh: Option<String>,
     color: bool,
     repeat: usize,
+    threads: Vec<usize>,
     fusion: FusionConfig,
 }
 
@@ -53,7 +55,7 @@ fn main() {
     );
     let loaded = memory("VmRSS:");
     let mut first = None;
-    for threads in [1, 2] {
+    for threads in settings.threads.iter().copied() {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
@@ -80,6 +82,7 @@ fn settings() -> Settings {
         mesh: None,
         color: false,
         repeat: 3,
+        threads: vec![1, 2],
         fusion: FusionConfig::default(),
     };
     let mut words = std::env::args().skip(1);
@@ -93,6 +96,7 @@ fn settings() -> Settings {
             "--truncation" => found.fusion.truncation = number(),
             "--least-weight" => found.fusion.least_weight = number(),
             "--repeat" => found.repeat = number() as usize,
+            "--threads" => found.threads = vec![number() as usize],
             "--mesh" => found.mesh = words.next(),
             _ => found.folder = Some(word),
         }

@@ -4,6 +4,7 @@ mod arguments;
 mod calibrate;
 mod check;
 mod demo;
+mod export;
 mod inspect;
 mod output;
 mod reconstruct;

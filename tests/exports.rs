@@ -11,7 +11,7 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 use palpate::base::{Estimate, Pose, StagedFolder};
-use palpate::export::{check, export_all};
+use palpate::export::{Deed, Format, Outcome, check, export_all, export_into, manipulate};
 use palpate::geometry::Mesh;
 use palpate::twin::{
     BaseFit, Body, DIAGNOSIS_FORMAT, Diagnosis, FORMAT, Joint, JointKind, Link, Model, Provenance, Relation,
@@ -342,6 +342,8 @@ fn write(model: &Model, target: &Path) {
     write_twin(&folder, model, &diagnosis()).expect("the twin");
     export_all(model, &folder).expect("the exports");
     folder.commit().expect("in place");
+    let files = export_into(target, &[Format::Sdf, Format::Usd]).expect("two more");
+    assert_eq!(files, ["scene.sdf", "scene.usda"]);
 }
 
 /// With PALPATE_EXPORTS set, the folders are left there for judges that are not written in Rust.
@@ -379,7 +381,7 @@ fn every_export_says_what_the_twin_says() {
 /// A check that finds nothing proves nothing: each damage must be seen.
 #[test]
 fn damage_is_seen() {
-    let damages: [(&str, &str, &str, &str); 5] = [
+    let damages: [(&str, &str, &str, &str); 7] = [
         ("scene.urdf", "mass value=\"0.2\"", "mass value=\"0.21\"", "mass"),
         (
             "scene.xml",
@@ -389,6 +391,8 @@ fn damage_is_seen() {
         ),
         ("urdf/base.urdf", "axis xyz=\"0 0 1\"", "axis xyz=\"0 0.01 1\"", "axis"),
         ("scene.xml", "range=\"-0.4 1.2\"", "range=\"-0.4 1.3\"", "range"),
+        ("scene.sdf", "<mass>0.2<", "<mass>0.21<", "mass"),
+        ("scene.sdf", "<upper>1.2<", "<upper>1.3<", "range"),
         ("scene.urdf", "meshes/arm.obj", "meshes/leg.obj", "not there"),
     ];
     let dir = tempfile::tempdir().expect("a folder");
@@ -418,4 +422,49 @@ fn exports_are_deterministic() {
     let (second, _) = palpate::export::exports(&model).expect("exports");
     assert_eq!(first, second);
     assert!(notes.iter().any(|n| n.message.starts_with("assumed")));
+}
+
+fn done(model: &Model, deed: &str) -> Outcome {
+    manipulate(model, &deed.parse::<Deed>().expect("a deed")).expect("an outcome")
+}
+
+/// Of a resting stack the upper part comes alone, of a glued one it brings the lower, unless the bond gives way.
+#[test]
+fn what_comes_along_is_what_is_held() {
+    let mut model = stacks();
+    for (deed, along) in [
+        ("pick:glued top", vec!["glued low"]),
+        ("pick:glued low", vec!["glued top"]),
+        ("pick:3 top", vec![]),
+        ("pick:3 low", vec!["3 top"]),
+    ] {
+        assert_eq!(done(&model, deed).along(), along, "{deed}");
+    }
+    model.twin.relations[0].breakaway = measured(3.0, 0.1, "N");
+    let torn = done(&model, "pick:glued top");
+    assert!(
+        torn.along().is_empty(),
+        "4 N hang on a bond that gives way at 3 N: {torn}"
+    );
+    assert_eq!(torn.broken.len(), 1);
+    assert_eq!(done(&hinge(), "pick:base").along(), ["arm", "knob"]);
+    assert_eq!(done(&drawer(), "push:chest,y").along(), ["tray"]);
+}
+
+/// A spring takes a door back; a push against dry friction takes friction times weight.
+#[test]
+fn joints_and_pushes_feel_as_measured() {
+    let door = done(&hinge(), "open:arm,1").opened.expect("a joint");
+    assert!((1.0..1.25).contains(&door.furthest), "{door:?}");
+    // At rest the spring is held by the joint's dry friction: 0.05 N·m/rad over 0.02 N·m.
+    assert!(door.left < 0.5, "{door:?}");
+    let tray = done(&drawer(), "open:tray").opened.expect("a joint");
+    assert!((0.09..0.14).contains(&tray.left), "{tray:?}");
+    let push = done(&tin(), "push:tin,34.4,0.05");
+    let force = push.mean_effort.expect("it touched");
+    let weight = 0.31 * 0.36 * 9.80665;
+    assert!(
+        (force - weight).abs() < 0.1 * weight,
+        "{force} N, not {weight} N: {push}"
+    );
 }

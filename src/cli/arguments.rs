@@ -131,6 +131,15 @@ pub enum Command {
         /// The twin's folder
         twin: PathBuf,
     },
+    /// Write a twin in other formats, beside its twin.json
+    #[command(after_help = "Example:\n  palpate export twin --to sdf,usd")]
+    Export {
+        /// The twin's folder
+        twin: PathBuf,
+        /// urdf, mjcf, gltf, sdf, usd: one or more, with commas
+        #[arg(long, value_delimiter = ',', required = true)]
+        to: Vec<String>,
+    },
     /// Take, push or open something of a twin in the embedded engine: what comes along?
     #[command(
         after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door"

@@ -5,6 +5,7 @@ mod calibrate;
 mod check;
 mod demo;
 mod explore;
+mod export;
 mod inspect;
 mod output;
 mod reconstruct;

@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use super::arguments::{Arguments, Command};
-use super::{calibrate, check, demo, explore, inspect, output, reconstruct, schema, score, simulate, synth, view};
+use super::{
+    calibrate, check, demo, explore, export, inspect, output, reconstruct, schema, score, simulate, synth, view,
+};
 use crate::base::{Error, Result};
 
 /// Runs the process's command line: 0 done, 1 it could not be done, 2 bad usage or bad input.
@@ -55,6 +57,7 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
         Command::Schema { format } => schema::schema(format),
         Command::Score { twin, truth } => score::score(common, twin, truth),
         Command::Check { twin } => check::check(common, twin),
+        Command::Export { twin, to } => export::export(common, twin, to),
         Command::Simulate { twin, deed } => simulate::simulate(common, twin, deed),
         Command::View { twin, port, no_open } => view::view(common, twin, *port, !no_open),
         Command::Calibrate { what } => calibrate::calibrate(common, what),

@@ -11,7 +11,7 @@ use super::layout::lay_out;
 use super::loaded::{Axis, Loaded, Solid, expected};
 use super::rest::{RestResult, rest};
 use super::scene::{Scene, Tree};
-use super::{load_glb, load_mjcf, load_urdf};
+use super::{load_glb, load_mjcf, load_sdf, load_urdf};
 use crate::base::{Result, read_bytes, read_text};
 use crate::twin::{Model, read_twin};
 
@@ -100,6 +100,7 @@ pub fn check(folder: &Path) -> Result<CheckReport> {
     }
     report.mjcf(folder, &scene, &all);
     report.glb(folder, &scene, &all);
+    report.sdf(folder, &all);
     report.rest(&scene, &model);
     Ok(report)
 }
@@ -171,6 +172,20 @@ impl CheckReport {
         let names: BTreeSet<&String> = single.map(|h| &h.name).collect();
         mine.axes.retain(|name, _| names.contains(name));
         self.compare(file, &mine, &got, SINGLE_TOLERANCE);
+    }
+
+    /// SDFormat is written on demand, so it need not be there.
+    fn sdf(&mut self, folder: &Path, all: &Loaded) {
+        let file = "scene.sdf";
+        let path = folder.join(file);
+        if !path.is_file() {
+            return;
+        }
+        let loaded = read_text(&path).and_then(|t| load_sdf::load(&path, &t));
+        if let Some(got) = self.open(file, loaded) {
+            self.compare(file, all, &got, TOLERANCE);
+            self.meshes(file, folder, &got);
+        }
     }
 
     fn open(&mut self, file: &str, loaded: Result<Loaded>) -> Option<Loaded> {

@@ -27,7 +27,7 @@ pub enum Deed {
         /// Of the finger, m/s.
         speed: f64,
     },
-    /// Pull a joint open by what hangs on it, and let go.
+    /// Pull a joint open by what hangs on it while another hand holds what it hangs on, and let both go.
     Open {
         /// The joint, or the link that hangs on it.
         joint: String,

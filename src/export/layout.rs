@@ -215,6 +215,18 @@ fn motion(joint: &Joint, name: String, turns: bool, axis: Unit<Vector3<f64>>) ->
     }
 }
 
+/// The links below each of `count` single freedoms: carriers of no account, then the child.
+pub(super) fn of_carriers(child: &str, count: usize) -> Vec<String> {
+    let name = |i: usize| {
+        if i == count {
+            child.to_string()
+        } else {
+            format!("{child}_carrier_{i}")
+        }
+    };
+    (1..=count).map(name).collect()
+}
+
 /// Whether a unit of friction, damping or stiffness belongs to a turn: `N·m`, `N·m·s/rad`, `N·m/rad`.
 fn speaks_of_turning(unit: &str) -> bool {
     unit.contains("rad") || unit.starts_with("N·m") || unit.starts_with("N*m") || unit.starts_with("Nm")

@@ -10,7 +10,7 @@ use rapier3d_f64::prelude::{
 use super::deed::Deed;
 use super::engine::{Engine, STEP};
 use super::layout::lay_out;
-use super::outcome::{Outcome, Verdict, part_outcome};
+use super::outcome::{Opened, Outcome, part_outcome};
 use super::scene::{Part, PartId, Scene};
 use crate::base::{Error, Result};
 use crate::twin::{JointKind, Model, read_twin};
@@ -155,15 +155,20 @@ impl<'a> Play<'a> {
         }
     }
 
+    /// A hand that takes hold of a body where it is.
+    fn hold(&mut self, body: RigidBodyHandle) -> RigidBodyHandle {
+        let world = &mut self.engine.world;
+        let pose = *world.bodies[body].position();
+        let hand = world.insert_body(RigidBodyBuilder::kinematic_position_based().pose(pose));
+        let grip = GenericJointBuilder::new(JointAxesMask::LOCKED_FIXED_AXES).contacts_enabled(false);
+        world.insert_impulse_joint(hand, body, grip.build());
+        hand
+    }
+
     fn pick(&mut self, target: PartId) -> Result<Outcome> {
         let part = self.handle(target)?;
         let at = self.engine.pose(part);
-        let hand = self
-            .engine
-            .world
-            .insert_body(RigidBodyBuilder::kinematic_position_based().pose(at.into()));
-        let grip = GenericJointBuilder::new(JointAxesMask::LOCKED_FIXED_AXES).contacts_enabled(false);
-        self.engine.world.insert_impulse_joint(hand, part, grip.build());
+        let hand = self.hold(part);
         let steps = (LIFT_TIME / STEP) as usize;
         for k in 1..=steps {
             let s = k as f64 / steps as f64;
@@ -252,6 +257,7 @@ impl<'a> Play<'a> {
             part: hold.parent,
             ..target
         })?;
+        let other_hand = self.hold(parent);
         let goal = goal(motion.range, motion.turns);
         let grip = self.grip(target, model, motion.turns && hold.kind != JointKind::Spherical);
         let (mut furthest, mut drive) = (0.0_f64, 0.0_f64);
@@ -274,24 +280,19 @@ impl<'a> Play<'a> {
             self.engine.pulls.push((child, force, point));
             self.engine.step();
         }
+        self.engine.world.remove_body(other_hand);
         self.wait(SETTLING);
         let (left, _) = self.engine.position_and_speed([parent, child], hold, motion);
         let com = Point3::from(scene.part(target).com);
         let began = self.engine.bodies().iter().position(|b| b.0 == target);
         let began = began.map_or(com, |i| self.start[i] * com);
         let mut outcome = self.outcome(target, self.com(target, child) - began);
-        outcome.opened = Some(super::outcome::Opened {
+        outcome.opened = Some(Opened {
             joint: hold.joint.clone(),
             furthest,
             left,
             unit: if motion.turns { "rad" } else { "m" },
         });
-        // A parent that stays is the rule; all else that moves was dragged.
-        for part in &mut outcome.parts {
-            if part.verdict == Verdict::Along && part.link == scene.part(target).link {
-                part.verdict = Verdict::Handled;
-            }
-        }
         Ok(outcome)
     }
 

@@ -53,6 +53,11 @@ fn general(scene: &Scene) -> Vec<ExportNote> {
             "no gravity vector and no intervals in the physics extension: see the extras of each node",
         ),
     ];
+    let words = "intervals are comments; how two coefficients of friction combine is the engine's choice; breakaway of bonds is left out";
+    notes.push(ExportNote::new("sdf", "scene", words));
+    let words =
+        "torsional and rolling friction and the compliance of surfaces are left out; intervals are in customData";
+    notes.push(ExportNote::new("usd", "scene", words));
     if !scene.welds.is_empty() {
         let words =
             "bodies that are fixed to each other are joined in scene.urdf only; their own files hold each alone";
@@ -89,6 +94,7 @@ fn of_joint(hold: &Attachment) -> Vec<ExportNote> {
     let mut say = |format: &str, words: &str| notes.push(ExportNote::new(format, &hold.joint, words));
     match hold.kind {
         JointKind::Screw => {
+            say("usd", "stand-in: a screw turns without advancing here");
             say(
                 "urdf",
                 "stand-in: a screw turns without advancing here; its pitch is in twin.json",
@@ -99,6 +105,10 @@ fn of_joint(hold: &Attachment) -> Vec<ExportNote> {
             );
         }
         JointKind::Cylindrical | JointKind::Planar | JointKind::Spherical => {
+            say(
+                "sdf",
+                "stand-in: a chain of single turns and slides through links of a milligram",
+            );
             say(
                 "urdf",
                 "stand-in: a chain of single turns and slides through links of a milligram",
@@ -112,6 +122,7 @@ fn of_joint(hold: &Attachment) -> Vec<ExportNote> {
         }
         if motion.friction > 0.0 {
             say("gltf", "dry friction of the joint is left out; it is in the extras");
+            say("usd", "dry friction of the joint is left out; it is in customData");
         }
         if !motion.turns && motion.range.is_none() {
             say(

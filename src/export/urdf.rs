@@ -7,13 +7,14 @@
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
 use super::inertial::six;
+use super::layout::of_carriers;
 use super::scene::{Attachment, Floor, Motion, Part, PartId, Scene, Tree};
 use super::xml::{Element, number, numbers, vector};
 
 /// Name of the root of a scene of several bodies.
 pub(super) const TABLE: &str = "support";
 /// Mass, kg, and moments of inertia, kg·m², of a link that only carries a freedom on.
-const CARRIER: (f64, f64) = (1e-6, 1e-9);
+pub(super) const CARRIER: (f64, f64) = (1e-6, 1e-9);
 /// Reach of the slides on which a body floats, m.
 const REACH: f64 = 100.0;
 /// Effort and velocity that stand where URDF must have some.
@@ -149,13 +150,8 @@ fn add_joints(robot: &mut Element, tree: &Tree, part: &Part, hold: &Attachment) 
 
 fn chain(robot: &mut Element, parent: &str, child: &str, parent_from_child: &Isometry3<f64>, motions: &[Motion]) {
     let mut above = parent.to_string();
-    for (i, motion) in motions.iter().enumerate() {
+    for (i, (motion, below)) in motions.iter().zip(of_carriers(child, motions.len())).enumerate() {
         let last = i + 1 == motions.len();
-        let below = if last {
-            child.to_string()
-        } else {
-            format!("{child}_carrier_{}", i + 1)
-        };
         if !last {
             robot.push(carrier(&below));
         }
@@ -210,7 +206,7 @@ fn origin(place: &Isometry3<f64>) -> Element {
 
 /// `R = Rz(yaw) Ry(pitch) Rx(roll)`, exact to rounding at every attitude: near a pitch of 90 degrees, where
 /// roll and yaw cannot be told apart, roll is nought and yaw takes what is left.
-fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+pub(super) fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let m = rotation.to_rotation_matrix();
     let cosine = m[(2, 1)].hypot(m[(2, 2)]);
     let pitch = (-m[(2, 0)]).atan2(cosine);

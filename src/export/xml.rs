@@ -20,6 +20,7 @@ pub(super) struct Element {
 enum Content {
     Element(Element),
     Comment(String),
+    Text(String),
 }
 
 impl Element {
@@ -46,6 +47,21 @@ impl Element {
 
     pub(super) fn comment(&mut self, text: impl Into<String>) {
         self.content.push(Content::Comment(text.into()));
+    }
+
+    /// The element with `text` as its only content.
+    pub(super) fn saying(mut self, text: impl ToString) -> Self {
+        self.content = vec![Content::Text(text.to_string())];
+        self
+    }
+
+    /// The text inside, without the space around it.
+    pub(super) fn text(&self) -> &str {
+        let text = self.content.iter().find_map(|c| match c {
+            Content::Text(t) => Some(t.trim()),
+            _ => None,
+        });
+        text.unwrap_or_default()
     }
 
     pub(super) fn get(&self, key: &str) -> Option<&str> {
@@ -84,10 +100,17 @@ impl Element {
             out.push_str("/>\n");
             return;
         }
+        if let [Content::Text(text)] = self.content.as_slice() {
+            let _ = writeln!(out, ">{}</{}>", escape(text), self.tag);
+            return;
+        }
         out.push_str(">\n");
         for item in &self.content {
             match item {
                 Content::Element(e) => e.write(out, depth + 1),
+                Content::Text(t) => {
+                    let _ = writeln!(out, "{indent}  {}", escape(t));
+                }
                 Content::Comment(c) => {
                     let _ = writeln!(out, "{indent}  <!-- {} -->", harmless(c));
                 }
@@ -154,6 +177,12 @@ pub(super) fn parse(file: &std::path::Path, text: &str) -> Result<Element> {
                     parent.push(child);
                 }
             }
+            Event::Text(text) => {
+                let text = text.xml_content(XmlVersion::Implicit1_0);
+                if let Some(parent) = open.last_mut().filter(|_| !text.trim().is_empty()) {
+                    parent.content.push(Content::Text(text.into_owned()));
+                }
+            }
             Event::Eof => break,
             _ => {}
         }
@@ -161,7 +190,7 @@ pub(super) fn parse(file: &std::path::Path, text: &str) -> Result<Element> {
     let found = open.into_iter().next().and_then(|top| {
         top.content.into_iter().find_map(|c| match c {
             Content::Element(e) => Some(e),
-            Content::Comment(_) => None,
+            _ => None,
         })
     });
     found.ok_or_else(|| Error::bad_input(file, "document", "no element", "a root element"))

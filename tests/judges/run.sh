@@ -9,4 +9,5 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 PALPATE_EXPORTS="$folder" cargo test --quiet --test exports leave_the_folders
 "$python" tests/judges/judge_exports.py "$folder"/*
+"$python" tests/judges/judge_sdf_usd.py "$folder"/*
 "$python" tests/judges/judge_meshes.py "$folder"/*

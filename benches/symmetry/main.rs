@@ -5,6 +5,7 @@
     clippy::expect_used,
     clippy::print_stdout,
     clippy::disallowed_macros,
+    clippy::disallowed_methods,
     reason = "a program that prints a table"
 )]
 

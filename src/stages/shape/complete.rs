@@ -177,7 +177,7 @@ impl Volume {
         }
         let known = self.known();
         let filled: Vec<Option<f32>> = (0..known.len())
-            .map(|at| self.from_images(&known, at, &images, truncation as f32))
+            .map(|at| self.between_images(&known, at, &images, truncation as f32))
             .collect();
         let count = filled.iter().flatten().count();
         if count > 0 {
@@ -207,7 +207,7 @@ impl Volume {
     }
 
     /// The distance that the images of a sample have on the average; nothing where the sample was observed itself.
-    fn from_images(&self, known: &[Known], at: usize, images: &[Image], truncation: f32) -> Option<f32> {
+    fn between_images(&self, known: &[Known], at: usize, images: &[Image], truncation: f32) -> Option<f32> {
         if known[at] != Known::Nothing || self.owner[at] == FOREIGN {
             return None;
         }

@@ -6,11 +6,14 @@ use crate::base::Pose;
 use crate::geometry::Plane;
 use crate::twin::SupportPlane;
 
+/// Whether a point was seen to be empty.
+pub type SeenEmpty<'a> = &'a (dyn Fn(&Point3<f64>) -> bool + Sync);
+
 /// What is known about a shape beyond its mesh, in the mesh's frame; by default nothing.
 #[derive(Clone, Copy, Default)]
 pub struct Evidence<'a> {
     /// Whether a point was seen to be empty: surface may not be mirrored to there.
-    pub free: Option<&'a (dyn Fn(&Point3<f64>) -> bool + Sync)>,
+    pub free: Option<SeenEmpty<'a>>,
     /// The plane that it stands on, normal upward: nothing of it is below, and a foot that was closed there counts
     /// almost like surface that was seen.
     pub floor: Option<Plane>,

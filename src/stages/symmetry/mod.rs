@@ -16,4 +16,4 @@ mod tests;
 
 pub use config::Config;
 pub use detect::detect;
-pub use evidence::Evidence;
+pub use evidence::{Evidence, SeenEmpty};

@@ -129,12 +129,14 @@ impl<'a> Engine<'a> {
     }
 
     fn bonds_give(&mut self) {
+        // The engine keeps the impulse of its last solver step only.
+        let step = STEP / self.world.integration_parameters.num_solver_iterations as f64;
         for bond in self.bonds.iter_mut().filter(|b| !b.broken) {
             let Some(limit) = bond.breakaway else { continue };
             let Some(joint) = self.world.impulse_joints.get(bond.handle) else {
                 continue;
             };
-            let now = Vector3::from_fn(|i, _| joint.impulses[i]).norm() / STEP;
+            let now = Vector3::from_fn(|i, _| joint.impulses[i]).norm() / step;
             bond.force += BOND_SHARE * (now - bond.force);
             if bond.force > limit {
                 bond.broken = true;

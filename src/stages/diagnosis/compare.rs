@@ -88,6 +88,14 @@ fn gather<'a>(traces: impl Iterator<Item = &'a Trace>) -> BTreeMap<Quantity, Sum
     all
 }
 
+/// Root mean square error and noise floor by quantity.
+pub fn errors(traces: &[Trace]) -> BTreeMap<Quantity, (f64, f64)> {
+    gather(traces.iter())
+        .into_iter()
+        .map(|(q, s)| (q, (s.rmse(), s.floor())))
+        .collect()
+}
+
 /// Error, noise floor and unexplained share of held-out interactions; of all where none was held out.
 pub fn base_fit(traces: &[Trace]) -> BaseFit {
     let held_out: Vec<&Trace> = traces.iter().filter(|t| t.held_out).collect();

@@ -1,12 +1,20 @@
 //! The verb of the diagnosis pass.
 
+use std::collections::BTreeSet;
+
 use super::compare::{base_fit, verdict};
+use super::family::Family;
+use super::joints::joint_findings;
+use super::naming::climb;
+use super::offset::centre_findings;
 use super::predict::trace_of;
+use super::presses::Presses;
+use super::pushes::Pushes;
 use super::white::whiteness;
-use super::{Config, Trace};
+use super::{Config, Trace, asking, named};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Model, Verdict};
+use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -21,13 +29,13 @@ impl Diagnosed {
     /// Nothing was asked, nothing is claimed.
     pub fn skipped() -> Self {
         Self {
-            diagnosis: plain(BaseFit::default(), Verdict::Unknown),
+            diagnosis: nothing_named(BaseFit::default(), Verdict::Unknown),
             traces: Vec::new(),
         }
     }
 }
 
-fn plain(base: BaseFit, verdict: Verdict) -> Diagnosis {
+fn nothing_named(base: BaseFit, verdict: Verdict) -> Diagnosis {
     Diagnosis {
         format: DIAGNOSIS_FORMAT.into(),
         base,
@@ -37,10 +45,11 @@ fn plain(base: BaseFit, verdict: Verdict) -> Diagnosis {
     }
 }
 
-/// Predicts every interaction with the twin and compares with what was measured.
+/// Predicts every interaction with the twin, compares with what was measured, and names what the plain model lacks.
 ///
-/// The error that counts is that on interactions which were not used to fit. Names of causes are not given
-/// here yet: what is left above the noise and the scatter of dry friction makes the verdict `unknown`.
+/// The error that counts is that on interactions which were not used to fit. Causes are named by the ladder of laws
+/// over pushes and presses and from what the twin itself carries beyond the plain model; what is left above the
+/// noise and the scatter of dry friction without a name makes the verdict `unknown`.
 pub fn diagnose(
     capture: &Capture,
     segmented: &[Segmented],
@@ -49,12 +58,65 @@ pub fn diagnose(
     notices: &mut Notices,
 ) -> Result<Diagnosed> {
     config.check()?;
-    let of = |name: &str| segmented.iter().find(|s| s.interaction == name);
-    let traces: Vec<Trace> = capture
-        .interactions
-        .iter()
-        .map(|i| trace_of(capture, i, of(&i.name), model))
-        .collect();
+    let (plain, mut findings) = centre_findings(capture, segmented, model);
+    findings.extend(joint_findings(model));
+    let experiments = name_causes(capture, segmented, model, &mut findings);
+    let predicted = |with: &Model| -> Vec<Trace> {
+        let of = |name: &str| segmented.iter().find(|s| s.interaction == name);
+        capture
+            .interactions
+            .iter()
+            .map(|i| trace_of(capture, i, of(&i.name), with))
+            .collect()
+    };
+    let traces = predicted(model);
+    say(capture, &traces, notices);
+    let mut base = if findings.is_empty() {
+        base_fit(&traces)
+    } else {
+        base_fit(&predicted(&plain))
+    };
+    base.tests = whiteness(&traces);
+    let verdict = match verdict(&traces, config) {
+        _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
+        Verdict::Unknown if findings.is_empty() => Verdict::Unknown,
+        _ if findings.is_empty() => Verdict::Adequate,
+        _ => Verdict::Explained,
+    };
+    let diagnosis = Diagnosis {
+        findings,
+        experiments,
+        ..nothing_named(base, verdict)
+    };
+    Ok(Diagnosed { diagnosis, traces })
+}
+
+/// Below this probability a finding's name is one of several.
+const SURE: f64 = 0.75;
+
+/// Causes that pushes and presses show, and what would tell apart those that these data cannot.
+fn name_causes(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &Model,
+    findings: &mut Vec<Finding>,
+) -> Vec<Experiment> {
+    let pushes = Pushes::new(capture, segmented, model);
+    let presses = Presses::new(capture, segmented, model);
+    let families = [
+        pushes.as_ref().map(|p| p as &dyn Family),
+        presses.as_ref().map(|p| p as &dyn Family),
+    ];
+    let mut untestable = BTreeSet::new();
+    for family in families.into_iter().flatten() {
+        let Some(ladder) = climb(family) else { continue };
+        untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
+        findings.extend(named::findings(family, &ladder));
+    }
+    asking::experiments(findings, &untestable)
+}
+
+fn say(capture: &Capture, traces: &[Trace], notices: &mut Notices) {
     for trace in traces.iter().filter(|t| t.curves.is_empty()) {
         let why = trace.remark.as_deref().unwrap_or("nothing to compare");
         notices.note("diagnosis", &trace.interaction, format!("not predicted: {why}"));
@@ -66,10 +128,4 @@ pub fn diagnose(
             "no interaction was held out: the error is that on data the twin was fitted to",
         );
     }
-    let mut base = base_fit(&traces);
-    base.tests = whiteness(&traces);
-    Ok(Diagnosed {
-        diagnosis: plain(base, verdict(&traces, config)),
-        traces,
-    })
 }

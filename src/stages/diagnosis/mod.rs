@@ -1,9 +1,27 @@
-//! `diagnose`: how far the twin's predictions are from what was measured, against the noise floor.
+//! `diagnose`: how far the twin's predictions are from what was measured, against the noise floor, and which causes
+//! the data name for it.
 
+mod asking;
 mod compare;
 mod config;
 mod diagnose;
+mod evidence;
+mod family;
+mod fit;
+mod joints;
+mod marginal;
+mod named;
+mod naming;
+mod offset;
 mod predict;
+mod press_laws;
+mod presses;
+mod profile;
+mod push_catalogue;
+mod push_laws;
+mod push_motion;
+mod push_states;
+mod pushes;
 mod slide;
 mod slope;
 mod trace;

@@ -58,8 +58,14 @@ type BinnedForce = (Vec<f64>, Vec<Vector3<f64>>, Option<f64>);
 impl Scene<'_> {
     /// The force without its tare, averaged over bins of `bin` seconds, with the noise of a bin.
     pub fn binned_force(&self, bin: f64) -> Option<BinnedForce> {
-        let stream = self.interaction.force.as_ref()?;
         let tare = self.segmented.and_then(|s| s.force_tare).unwrap_or_else(Vector3::zeros);
+        let (time, force, noise) = self.raw_force(bin)?;
+        Some((time, force.into_iter().map(|f| f - tare).collect(), noise))
+    }
+
+    /// The force as it was read, averaged over bins of `bin` seconds, with the noise of a bin.
+    pub fn raw_force(&self, bin: f64) -> Option<BinnedForce> {
+        let stream = self.interaction.force.as_ref()?;
         let (first, last) = (*stream.time.first()?, *stream.time.last()?);
         let bins = ((last - first) / bin).floor() as usize + 1;
         let (mut time, mut force) = (Vec::with_capacity(bins), Vec::with_capacity(bins));
@@ -74,7 +80,7 @@ impl Scene<'_> {
             largest = largest.max(rows.len());
             if !rows.is_empty() {
                 time.push(stream.time[from..to].iter().sum::<f64>() / (to - from) as f64);
-                force.push(rows.iter().copied().sum::<Vector3<f64>>() / rows.len() as f64 - tare);
+                force.push(rows.iter().copied().sum::<Vector3<f64>>() / rows.len() as f64);
             }
         }
         let noise = self.interaction_noise().map(|n| n / (largest as f64).sqrt());

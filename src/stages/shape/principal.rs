@@ -57,7 +57,12 @@ mod tests {
         let views = principal_views(&mesh, Vector3::z(), Vector3::y(), &planes);
         let sizes: Vec<_> = views.iter().map(|(name, v)| (*name, v.width, v.height)).collect();
         // Front sees 200 x 50, side 100 x 50, top 200 x 100, in a picture of 256 with 2 free on each side.
-        assert_eq!(sizes, [("front", 256, 67), ("side", 256, 130), ("top", 256, 130)]);
+        for ((name, width, height), wanted) in sizes.iter().zip([("front", 67), ("side", 130), ("top", 130)]) {
+            assert!(
+                *name == wanted.0 && *width == 256 && height.abs_diff(wanted.1) <= 1,
+                "{sizes:?}"
+            );
+        }
         let loose = principal_views(&mesh, Vector3::z(), Vector3::y(), &[]);
         assert!(loose[2].1.height > 150, "without a plane the picture is askew");
     }

@@ -1,0 +1,57 @@
+//! How well a fitted model foretells each interaction from the others, without fitting anew.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::family::Family;
+use super::fit::{Fit, parameters};
+
+/// Log predictive density of each interaction given all others, at the fitted noise: exact for models that are linear
+/// about the fit.
+pub fn leave_one_out(family: &dyn Family, fit: &Fit) -> Vec<f64> {
+    let priors = parameters(family, &fit.laws);
+    let p = priors.len();
+    let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
+    let slope = priors
+        .iter()
+        .zip(&fit.theta)
+        .map(|(x, t)| -(t - x.centre) / x.sd.powi(2));
+    let mut b = DVector::from_iterator(p, slope);
+    for state in &fit.states {
+        h += &state.information;
+        b += &state.gradient;
+    }
+    let one = |state: &super::marginal::GroupState| {
+        let without = &h - &state.information;
+        let Some(solve) = Cholesky::new(without) else {
+            return state.log_likelihood;
+        };
+        let inverse = solve.inverse();
+        let moved = &inverse * (&b - &state.gradient);
+        let gradient = &state.gradient - &state.information * &moved;
+        let square = state.square - 2.0 * moved.dot(&state.gradient) + moved.dot(&(&state.information * &moved));
+        let m = DMatrix::identity(p, p) + &inverse * &state.information;
+        let lu = m.lu();
+        let explained = lu.solve(&(&inverse * &gradient)).map_or(0.0, |x| gradient.dot(&x));
+        let log_det = lu.determinant().abs().max(1e-300).ln();
+        let constant = state.samples as f64 * std::f64::consts::TAU.ln();
+        -0.5 * (square - explained + state.log_det + log_det + constant)
+    };
+    fit.states.iter().map(one).collect()
+}
+
+/// No single interaction speaks for more than this, nats: a model that is wrong somewhere gains there by accident.
+const VOICE: f64 = 5.0;
+
+/// Mean gain over interactions times their number, with its standard error; each interaction's gain is cut.
+pub fn paired(after: &[f64], before: &[f64]) -> (f64, f64) {
+    let gains: Vec<f64> = after
+        .iter()
+        .zip(before)
+        .map(|(a, b)| (a - b).clamp(-VOICE, VOICE))
+        .collect();
+    let n = gains.len() as f64;
+    let total: f64 = gains.iter().sum();
+    let mean = total / n;
+    let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    (total, (n * variance).sqrt())
+}

@@ -1,0 +1,161 @@
+//! What the ladder of laws needs to know of a kind of experiment: its samples, its plain model, and the laws that may
+//! extend it. Every law is nested: with its amplitudes at zero the model is the plain one.
+
+use super::Quantity;
+
+/// A parameter with its prior: normal with `sd` about `centre`, cut to `low..high`. With `log` the parameter is the
+/// natural logarithm of a positive quantity in `unit`.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub centre: f64,
+    pub sd: f64,
+    pub low: f64,
+    pub high: f64,
+    pub log: bool,
+}
+
+impl Parameter {
+    /// An amplitude of either sign.
+    pub fn amplitude(name: &'static str, unit: &'static str, sd: f64) -> Self {
+        let (centre, low, high, log) = (0.0, -8.0 * sd, 8.0 * sd, false);
+        Self {
+            name,
+            unit,
+            centre,
+            sd,
+            low,
+            high,
+            log,
+        }
+    }
+
+    /// An amplitude that cannot be negative.
+    pub fn positive(name: &'static str, unit: &'static str, sd: f64) -> Self {
+        Self {
+            low: 0.0,
+            ..Self::amplitude(name, unit, sd)
+        }
+    }
+
+    /// A shape parameter, normal about `centre`.
+    pub fn place(name: &'static str, centre: f64, sd: f64) -> Self {
+        let (low, high) = (centre - 4.0 * sd, centre + 4.0 * sd);
+        Self {
+            name,
+            unit: "m",
+            centre,
+            sd,
+            low,
+            high,
+            log: false,
+        }
+    }
+
+    /// A positive shape parameter, log-normal with this median.
+    pub fn scale(name: &'static str, unit: &'static str, median: f64, log_sd: f64) -> Self {
+        let centre = median.ln();
+        let (low, high) = (centre - 3.0 * log_sd, centre + 3.0 * log_sd);
+        Self {
+            name,
+            unit,
+            centre,
+            sd: log_sd,
+            low,
+            high,
+            log: true,
+        }
+    }
+
+    /// The prior's width counts twice where only one sign is possible.
+    pub fn log_prior_volume(&self) -> f64 {
+        let half = self.low == self.centre || self.high == self.centre;
+        self.sd.ln() - if half { std::f64::consts::LN_2 } else { 0.0 }
+    }
+}
+
+/// One form of one cause.
+#[derive(Clone, Debug)]
+pub struct Law {
+    /// A name of the catalogue of causes.
+    pub cause: &'static str,
+    /// Body, link, joint, relation, sensor or `support`.
+    pub place: String,
+    /// Which form of the cause this is, for the family's own use.
+    pub form: usize,
+    /// Amplitudes first.
+    pub parameters: Vec<Parameter>,
+    /// How many of the parameters are amplitudes.
+    pub amplitudes: usize,
+    /// Values of the shape parameters from which a fit may start.
+    pub grid: Vec<Vec<f64>>,
+    /// In plain words what it means.
+    pub words: &'static str,
+}
+
+/// A law that is switched on, with its parameters.
+#[derive(Clone, Debug)]
+pub struct Active<'a> {
+    pub law: &'a Law,
+    pub values: &'a [f64],
+}
+
+/// Samples of one channel of one interaction.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    /// Which of the family's channel kinds.
+    pub kind: usize,
+    /// SI.
+    pub measured: Vec<f64>,
+    /// Where a run of neighbouring samples begins.
+    pub starts: Vec<bool>,
+    /// Change of the signal from one sample to the next, SI: there timing errors count.
+    pub change: Vec<f64>,
+    /// Standard deviation of what the model leaves out on purpose, SI: the ringing after an impact.
+    pub aside: Vec<f64>,
+}
+
+/// One interaction.
+#[derive(Clone, Debug)]
+pub struct Group {
+    pub name: String,
+    pub held_out: bool,
+    pub channels: Vec<Channel>,
+}
+
+/// What is known of the noise of a kind of channel.
+#[derive(Clone, Debug)]
+pub struct ChannelKind {
+    pub quantity: Quantity,
+    /// Standard deviation of a sample at rest.
+    pub sigma: f64,
+    /// Tolerance for jitter of time, as a share of the change per sample.
+    pub jitter: f64,
+}
+
+/// What is new in every interaction: a random effect.
+#[derive(Clone, Debug)]
+pub struct Scatter {
+    /// Standard deviation before the data are seen.
+    pub tau: f64,
+    /// How many interactions that knowledge counts for.
+    pub counts: f64,
+    /// It is never taken to be smaller.
+    pub floor: f64,
+    /// Finite step for derivatives.
+    pub step: f64,
+}
+
+/// A kind of experiment with its plain model and its laws.
+pub trait Family: Sync {
+    fn groups(&self) -> &[Group];
+    fn kinds(&self) -> &[ChannelKind];
+    fn base(&self) -> &[Parameter];
+    fn scatter(&self) -> &[Scatter];
+    fn laws(&self) -> &[Law];
+    /// All channels of a group, one after the other.
+    fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64>;
+    /// Covariates of a group's samples, for profiles: name, unit, values over all channels (NaN where not defined).
+    fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)>;
+}

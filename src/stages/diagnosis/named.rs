@@ -1,0 +1,198 @@
+//! Turns what the ladder took up into findings: parameters with intervals, odds, evidence, and the gain on
+//! interactions that were not fitted.
+
+use std::collections::BTreeMap;
+
+use super::family::{Family, Law};
+use super::fit::Fit;
+use super::marginal::{Point, predict};
+use super::naming::{Ladder, Taken};
+use super::profile::profile;
+use crate::base::Estimate;
+use crate::twin::{CauseOdds, Evidence, Finding, Gain};
+
+/// Raw Bayes factors are overconfident where no form of a law is quite right: log odds are divided by this.
+const TEMPERATURE: f64 = 1.5;
+/// Causes less likely than this are not listed.
+const NEGLIGIBLE: f64 = 0.005;
+
+/// The findings of one kind of experiment, in the order in which they were taken up.
+pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
+    let mut laws: Vec<usize> = Vec::new();
+    let mut out = Vec::new();
+    for taken in &ladder.taken {
+        let before = refit(family, ladder, &laws);
+        laws.push(taken.law);
+        let after = refit(family, ladder, &laws);
+        let law = &family.laws()[taken.law];
+        let odds = odds(family, taken);
+        let own = odds
+            .iter()
+            .find(|o| o.cause == law.cause)
+            .map_or(1.0, |o| o.probability);
+        out.push(Finding {
+            cause: law.cause.into(),
+            place: law.place.clone(),
+            probability: own,
+            alternatives: odds.into_iter().filter(|o| o.cause != law.cause).collect(),
+            parameters: estimates(family, &ladder.full, taken.law),
+            evidence: std::iter::once(evidence(law, taken))
+                .chain(profile(family, &before))
+                .collect(),
+            gain: gain(family, &before, &after),
+        });
+    }
+    out
+}
+
+/// The model with these laws on, with parameters of the full fit where they are in it.
+fn refit(family: &dyn Family, ladder: &Ladder, laws: &[usize]) -> Fit {
+    if laws.is_empty() {
+        return ladder.plain.clone();
+    }
+    if laws == ladder.full.laws {
+        return ladder.full.clone();
+    }
+    let mut theta = ladder.full.theta[..family.base().len()].to_vec();
+    for law in laws {
+        theta.extend(values(family, &ladder.full, *law).iter().map(|v| v.0));
+    }
+    super::fit::fit(family, laws, &theta, &ladder.full.noise, &ladder.plain.groups)
+}
+
+/// Parameters of one law in a fit with their standard deviations.
+fn values(family: &dyn Family, fit: &Fit, law: usize) -> Vec<(f64, f64)> {
+    let mut at = family.base().len();
+    for l in &fit.laws {
+        let n = family.laws()[*l].parameters.len();
+        if *l == law {
+            return (at..at + n)
+                .map(|k| (fit.theta[k], fit.covariance[(k, k)].max(0.0).sqrt()))
+                .collect();
+        }
+        at += n;
+    }
+    Vec::new()
+}
+
+fn estimates(family: &dyn Family, fit: &Fit, law: usize) -> BTreeMap<String, Estimate> {
+    let from: Vec<String> = fit.groups.iter().map(|g| family.groups()[*g].name.clone()).collect();
+    let form = &family.laws()[law];
+    let each = form.parameters.iter().zip(values(family, fit, law));
+    let one = |(p, (value, sd)): (&super::family::Parameter, (f64, f64))| {
+        let method = "marginal-likelihood";
+        if !p.log {
+            return (
+                p.name.to_owned(),
+                Estimate::measured(value, sd, p.unit, from.clone(), method),
+            );
+        }
+        let middle = value.exp();
+        let mut e = Estimate::measured(middle, middle * sd, p.unit, from.clone(), method);
+        e.ci95 = Some([(value - 1.96 * sd).exp(), (value + 1.96 * sd).exp()]);
+        (p.name.to_owned(), e)
+    };
+    each.map(one).collect()
+}
+
+/// Odds among the causes that do about as well: the forms of a cause count together.
+fn odds(family: &dyn Family, taken: &Taken) -> Vec<CauseOdds> {
+    let mut sums: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    let all = std::iter::once((taken.law, taken.gain)).chain(taken.rivals.iter().copied());
+    for (law, gain) in all {
+        let law = &family.laws()[law];
+        let own = family.laws().iter().filter(|l| l.cause == law.cause).count() as f64;
+        let weight = ((gain - taken.gain) / TEMPERATURE).exp();
+        let sum = sums.entry(law.cause).or_insert((0.0, own));
+        sum.0 += weight * prior(law);
+    }
+    let weights: Vec<(&str, f64)> = sums.into_iter().map(|(c, (w, n))| (c, w / n.sqrt())).collect();
+    let total: f64 = weights.iter().map(|w| w.1).sum();
+    let mut odds: Vec<CauseOdds> = weights
+        .into_iter()
+        .map(|(cause, w)| CauseOdds {
+            cause: cause.into(),
+            probability: w / total,
+        })
+        .filter(|o| o.probability > NEGLIGIBLE)
+        .collect();
+    odds.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    odds
+}
+
+/// Where the same data look the same, the commoner cause is the likelier.
+fn prior(law: &Law) -> f64 {
+    match law.cause {
+        "gravity-error" => 0.2,
+        "force-bias-world" => 0.4,
+        "rate-state-friction" => 0.5,
+        _ => 1.0,
+    }
+}
+
+fn evidence(law: &Law, taken: &Taken) -> Evidence {
+    Evidence {
+        residual: "force over all interactions".into(),
+        test: "log evidence over the model without it".into(),
+        statistic: taken.gain,
+        p_value: (-taken.gain).exp().min(1.0),
+        words: law.words.into(),
+    }
+}
+
+/// Error on held-out interactions before and after; on the fitted ones where none was held out.
+pub fn gain(family: &dyn Family, before: &Fit, after: &Fit) -> Gain {
+    let held: Vec<usize> = (0..family.groups().len())
+        .filter(|g| family.groups()[*g].held_out)
+        .collect();
+    let on = if held.is_empty() {
+        before.groups.clone()
+    } else {
+        held.clone()
+    };
+    let none = vec![0.0; family.scatter().len()];
+    let error = |fit: &Fit, kind: usize| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for g in &on {
+            let point = Point {
+                laws: &fit.laws,
+                theta: &fit.theta,
+            };
+            let predicted = predict(family, *g, &point, &none);
+            let mut at = 0;
+            for channel in &family.groups()[*g].channels {
+                for (k, m) in channel.measured.iter().enumerate() {
+                    if channel.kind == kind {
+                        sum += (m - predicted[at + k]).powi(2);
+                        count += 1.0;
+                    }
+                }
+                at += channel.measured.len();
+            }
+        }
+        if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+    };
+    let of = |kind: usize| {
+        let (a, b) = (error(before, kind), error(after, kind));
+        (a, b, family.kinds()[kind].sigma, kind)
+    };
+    let best = (0..family.kinds().len())
+        .map(of)
+        .max_by(|x, y| ((x.0 - x.1) / x.2).total_cmp(&((y.0 - y.1) / y.2)));
+    let (rmse_before, rmse_after, floor, kind) = best.unwrap_or((0.0, 0.0, 1.0, 0));
+    let quantity = family.kinds().get(kind).map_or(super::Quantity::Force, |k| k.quantity);
+    let above = |x: f64| (x * x - floor * floor).max(0.0).sqrt();
+    let reduction = if above(rmse_before) > 0.0 {
+        1.0 - above(rmse_after) / above(rmse_before)
+    } else {
+        0.0
+    };
+    Gain {
+        quantity: quantity.name().into(),
+        rmse_before,
+        rmse_after,
+        unit: quantity.unit().into(),
+        held_out: held.iter().map(|g| family.groups()[*g].name.clone()).collect(),
+        reduction,
+    }
+}

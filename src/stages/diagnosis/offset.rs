@@ -1,0 +1,183 @@
+//! The centre of mass as a finding: a twin always carries what was measured of it; that it leaves the centroid of its
+//! shape beyond doubt means that the body is not of one density.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Point3, Vector3};
+
+use super::Trace;
+use super::compare::errors;
+use super::predict::trace_of;
+use crate::base::Estimate;
+use crate::capture::{Capture, Interaction, Segmented};
+use crate::geometry::mass_properties;
+use crate::twin::{Evidence, Finding, Gain, Link, Model};
+
+/// Misfit of the centroid, chi squared of the axes that were measured, from which on it counts: p below 3e-7.
+const CLEAR: f64 = 30.0;
+/// What a reconstructed shape may miss of its centroid: m, and a share of its extent.
+const SHAPE: (f64, f64) = (8e-4, 0.01);
+/// An axis with more doubt than this was not measured, m.
+const VAGUE: f64 = 4e-3;
+
+/// Every link whose centre of mass is not that of its shape, with what knowing it gains on touches that did not
+/// tell it; and the model without them.
+pub fn centre_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> (Model, Vec<Finding>) {
+    let mut plain = model.clone();
+    let mut findings = Vec::new();
+    let names: Vec<String> = model.twin.links().map(|(_, l)| l.name.clone()).collect();
+    for name in names {
+        let Some(offset) = model.twin.link(&name).and_then(|l| Offset::of(l, model)) else {
+            continue;
+        };
+        let mut without = model.clone();
+        offset.take_away(&mut without, &name);
+        let Some(gain) = gain(capture, segmented, (&without, model), &offset, &name) else {
+            continue;
+        };
+        offset.take_away(&mut plain, &name);
+        findings.push(offset.finding(&name, gain));
+    }
+    (plain, findings)
+}
+
+/// How far a measured centre of mass lies from the centroid, link frame.
+struct Offset {
+    centroid: Point3<f64>,
+    away: Vector3<f64>,
+    sd: Vector3<f64>,
+    chi_squared: f64,
+    from: Vec<String>,
+}
+
+impl Offset {
+    fn of(link: &Link, model: &Model) -> Option<Self> {
+        let com = link.com.as_ref().filter(|c| c.is_measured())?;
+        let mesh = model.meshes.get(link.mesh.as_ref()?)?;
+        let centroid = mass_properties(mesh)?.centroid;
+        let (low, high) = mesh.bounds()?;
+        let away = Point3::from(com.value) - centroid;
+        let read = Vector3::from(com.sd?);
+        let sd = read.map(|s| s.hypot(SHAPE.0 + SHAPE.1 * (high - low).max()));
+        let chi_squared = (0..3)
+            .filter(|k| read[*k] < VAGUE)
+            .map(|k| (away[k] / sd[k]).powi(2))
+            .sum();
+        let from = com.from.clone();
+        (chi_squared > CLEAR).then_some(Self {
+            centroid,
+            away,
+            sd,
+            chi_squared,
+            from,
+        })
+    }
+
+    fn take_away(&self, model: &mut Model, name: &str) {
+        if let Some(link) = model.twin.link_mut(name) {
+            let centroid: [f64; 3] = self.centroid.coords.into();
+            link.com = Some(Estimate::assumed(
+                centroid,
+                self.sd.into(),
+                "m",
+                "shape-uniform-density",
+            ));
+        }
+    }
+
+    fn finding(&self, name: &str, gain: Gain) -> Finding {
+        let mut parameters = BTreeMap::new();
+        for (k, axis) in ["cx", "cy", "cz"].iter().enumerate() {
+            if self.sd[k] < VAGUE {
+                let away = Estimate::measured(self.away[k], self.sd[k], "m", self.from.clone(), "com less centroid");
+                parameters.insert((*axis).to_owned(), away);
+            }
+        }
+        let p_value = (-0.5 * self.chi_squared).exp();
+        let words = format!(
+            "the centre of mass of {name} lies {:.1} mm from the centroid of its shape",
+            (0..3)
+                .filter(|k| self.sd[*k] < VAGUE)
+                .map(|k| self.away[k].powi(2))
+                .sum::<f64>()
+                .sqrt()
+                * 1e3
+        );
+        let evidence = Evidence {
+            residual: format!("moment of {}", self.from.join(", ")),
+            test: "chi squared of the centroid".into(),
+            statistic: self.chi_squared,
+            p_value,
+            words,
+        };
+        Finding {
+            cause: "com-offset".into(),
+            place: name.to_owned(),
+            probability: 0.98,
+            alternatives: Vec::new(),
+            parameters,
+            evidence: vec![evidence],
+            gain,
+        }
+    }
+}
+
+/// The quantity that gains most on touches of the link which did not tell its centre: sealed ones, else such as
+/// were not used for it. Nothing where they get worse.
+fn gain(
+    capture: &Capture,
+    segmented: &[Segmented],
+    (without, with): (&Model, &Model),
+    offset: &Offset,
+    name: &str,
+) -> Option<Gain> {
+    let touches = |i: &&Interaction| i.tracks.contains_key(name) && !offset.from.contains(&i.name);
+    let sealed: Vec<&Interaction> = capture
+        .interactions
+        .iter()
+        .filter(touches)
+        .filter(|i| i.held_out)
+        .collect();
+    let others: Vec<&Interaction> = if sealed.is_empty() {
+        capture.interactions.iter().filter(touches).collect()
+    } else {
+        sealed
+    };
+    let traces = |model: &Model| -> Vec<Trace> {
+        let cut = |i: &Interaction| segmented.iter().find(|s| s.interaction == i.name);
+        let all = others.iter().map(|i| trace_of(capture, i, cut(i), model));
+        all.filter(|t| !t.curves.is_empty()).collect()
+    };
+    let (before, after) = (traces(without), traces(with));
+    let names: Vec<String> = after.iter().map(|t| t.interaction.clone()).collect();
+    let (before, after) = (errors(&before), errors(&after));
+    let mut best: Option<Gain> = None;
+    for (quantity, (rmse_after, floor)) in &after {
+        let (rmse_before, _) = before.get(quantity).copied()?;
+        let above = |r: f64| (r * r - floor * floor).max(0.0);
+        let reduction = 1.0 - (above(*rmse_after) / above(rmse_before).max(1e-30)).min(2.0);
+        if best.as_ref().is_none_or(|b| reduction > b.reduction) {
+            best = Some(Gain {
+                quantity: quantity.name().to_owned(),
+                rmse_before,
+                rmse_after: *rmse_after,
+                unit: quantity.unit().to_owned(),
+                held_out: names.clone(),
+                reduction,
+            });
+        }
+    }
+    best.filter(|g| g.reduction > 0.0)
+        .or_else(|| names.is_empty().then(nothing_to_gain_on))
+}
+
+fn nothing_to_gain_on() -> Gain {
+    Gain {
+        quantity: "force".into(),
+        rmse_before: 0.0,
+        rmse_after: 0.0,
+        unit: "N".into(),
+        held_out: Vec::new(),
+        reduction: 0.0,
+    }
+}

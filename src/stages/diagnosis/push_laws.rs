@@ -1,0 +1,115 @@
+//! What may be wrong with the plain model of a push: laws of friction, of the table and of the force sensor.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::family::Active;
+use super::push_states::State;
+
+/// Which law, and in which form.
+pub mod form {
+    pub const WEAKENING: usize = 0;
+    pub const WEAKENING_SQUARE: usize = 1;
+    pub const VISCOUS: usize = 2;
+    pub const AGEING: usize = 3;
+    pub const ANISOTROPY: usize = 4;
+    pub const ANISOTROPY_OF_BODY: usize = 5;
+    pub const PATCH: usize = 6;
+    pub const PATCH_SHARP: usize = 7;
+    pub const WEAR: usize = 8;
+    pub const HEATING: usize = 9;
+    pub const TILT: usize = 10;
+    pub const BUMP: usize = 11;
+    pub const MAGNET: usize = 12;
+    pub const TETHER: usize = 13;
+    pub const BOND: usize = 14;
+    pub const BIAS_TOOL: usize = 15;
+    pub const BIAS_ALONG: usize = 16;
+    pub const BIAS_WORLD: usize = 17;
+    pub const DRIFT_ALONG: usize = 18;
+    pub const DRIFT_WORLD: usize = 19;
+    pub const CROSSTALK: usize = 20;
+    pub const SATURATION: usize = 21;
+    pub const RATE_STATE: usize = 22;
+}
+
+/// Multiplies friction.
+pub fn share(active: &Active, s: &State, length: f64, share: &mut f64) {
+    let v = active.values;
+    let gaussian = |px: f64, py: f64, r: f64| (-(s.at - Vector2::new(px, py)).norm_squared() / (2.0 * r * r)).exp();
+    *share += match active.law.form {
+        form::WEAKENING => v[0] * (-s.speed / v[1].exp()).exp(),
+        form::WEAKENING_SQUARE => v[0] * (-(s.speed / v[1].exp()).powi(2)).exp(),
+        form::AGEING => v[0] * (1.0 + s.wait).log10() * (-s.slip / length).exp(),
+        form::ANISOTROPY => {
+            let double = 2.0 * s.heading.y.atan2(s.heading.x);
+            v[0] * double.cos() + v[1] * double.sin()
+        }
+        form::ANISOTROPY_OF_BODY => {
+            let double = 2.0 * (s.heading.y.atan2(s.heading.x) - s.turn);
+            v[0] * double.cos() + v[1] * double.sin()
+        }
+        form::PATCH => v[0] * gaussian(v[1], v[2], v[3].exp()),
+        form::PATCH_SHARP => {
+            let r = (s.at - Vector2::new(v[1], v[2])).norm() / (1.5 * v[3].exp());
+            v[0] / (1.0 + r.powi(12))
+        }
+        form::WEAR => v[0] * s.worn,
+        form::HEATING => v[0] * s.time,
+        form::RATE_STATE => v[0] * (s.speed.max(1e-5) / 0.01).ln(),
+        _ => 0.0,
+    };
+}
+
+/// Adds to friction along the motion, N.
+pub fn viscous(active: &Active, s: &State, force: &mut f64) {
+    let v = active.values;
+    *force += match active.law.form {
+        form::VISCOUS => v[0] * s.speed,
+        form::BOND if s.first => v[0] * (-s.slip / v[1].exp()).exp(),
+        _ => 0.0,
+    };
+}
+
+/// What a tool has to bring up, N, plane of the support, against forces of the table and of what is fixed in the room.
+pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
+    let v = active.values;
+    // Slope of a Gaussian hill of unit slope scale: (r − p)/R exp(−|r − p|²/2R²).
+    let hill = |px: f64, py: f64, r: f64| {
+        let d = s.at - Vector2::new(px, py);
+        d * ((-d.norm_squared() / (2.0 * r * r)).exp() / r)
+    };
+    *out += match active.law.form {
+        form::TILT => Vector2::new(v[0], v[1]) * load,
+        form::BUMP => hill(v[1], v[2], v[3].exp()) * (-v[0] * load),
+        form::MAGNET => hill(v[1], v[2], v[3].exp()) * v[0],
+        form::TETHER => (s.at - Vector2::new(v[1], v[2])) * v[0],
+        _ => Vector2::zeros(),
+    };
+}
+
+/// What the sensor reads beside the force of the tool, N.
+pub fn offset(active: &Active, s: &State, along: &Vector2<f64>, plane: &[Vector3<f64>; 2], out: &mut Vector2<f64>) {
+    let v = active.values;
+    let flat = |w: &Vector3<f64>| Vector2::new(w.dot(&plane[0]), w.dot(&plane[1]));
+    *out += match active.law.form {
+        form::BIAS_TOOL => flat(&(s.tool * Vector3::new(v[0], v[1], v[2]))),
+        form::BIAS_ALONG => along * v[0],
+        form::BIAS_WORLD => Vector2::new(v[0], v[1]),
+        form::DRIFT_ALONG => along * (v[0] * s.time),
+        form::DRIFT_WORLD => Vector2::new(v[0], v[1]) * s.time,
+        _ => Vector2::zeros(),
+    };
+}
+
+/// What the sensor makes of a force.
+pub fn read(active: &Active, force: Vector2<f64>, along: &Vector2<f64>) -> Vector2<f64> {
+    let v = active.values;
+    match active.law.form {
+        form::CROSSTALK => force + Vector2::new(-along.y, along.x) * (v[0] * force.dot(along)),
+        form::SATURATION => {
+            let (limit, size) = (v[0].exp(), force.norm());
+            if size > limit { force * (limit / size) } else { force }
+        }
+        _ => force,
+    }
+}

@@ -1,0 +1,126 @@
+//! What the plain model says of the motion of a pushed body, and what the blow of the tool leaves in the force.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::math::{interpolate, median};
+use crate::physics::PushPrediction;
+use crate::twin::Link;
+
+/// Force of the blow with which the tool meets a body, N: how far the force overshoots what comes after, or speed
+/// times the square root of stiffness and mass, the stiffness as the force rose.
+pub fn impact(time: &[f64], force: &[Vector3<f64>], motion: &Motion, onset: f64, mass: f64) -> f64 {
+    let speed = motion.at(onset + 0.05).speed.max(1e-4);
+    let near = |i: &usize| (time[*i] - onset).abs() < 0.15 && *i > 0;
+    let steep = |i: usize| (force[i].norm() - force[i - 1].norm()) / (time[i] - time[i - 1]).max(1e-6);
+    let rate = (0..time.len()).filter(near).map(steep).fold(0.0, f64::max);
+    let level = motion.at(onset + 0.05).force.norm();
+    let highest = (0..time.len())
+        .filter(near)
+        .map(|i| force[i].norm())
+        .fold(0.0, f64::max);
+    (speed * (rate / speed * mass).sqrt()).max(highest - level)
+}
+
+/// When the force first reached half of what the plain model says.
+pub fn rise(
+    time: &[f64],
+    force: &[Vector3<f64>],
+    flat: &dyn Fn(&Vector3<f64>) -> Vector2<f64>,
+    along: &Vector2<f64>,
+    found: &PushPrediction,
+    touched: (f64, f64),
+) -> Option<f64> {
+    let of = |i: usize| flat(&force[i]).dot(along);
+    let rest: Vec<f64> = (0..time.len()).filter(|i| time[*i] < touched.0 - 0.3).map(of).collect();
+    let tare = median(&rest).unwrap_or(0.0);
+    let inside: Vec<f64> = found
+        .prediction
+        .force
+        .iter()
+        .map(|f| flat(f).dot(along))
+        .filter(|f| f.abs() > 1e-9)
+        .collect();
+    let level = median(&inside)?;
+    let above = |i: &usize| of(*i) - tare > 0.5 * level && time[*i] > touched.0 - 0.3;
+    (0..time.len()).find(above).map(|i| time[i])
+}
+
+/// What the plain model says of the motion of the pushed body.
+pub struct Motion {
+    pub time: Vec<f64>,
+    pub at: Vec<Vector2<f64>>,
+    /// Since the push began, rad.
+    pub turn: Vec<f64>,
+    /// Heading before it, rad.
+    pub start: f64,
+    pub speed: Vec<f64>,
+    pub force: Vec<Vector2<f64>>,
+}
+
+/// The motion at one time.
+pub struct Moment {
+    pub at: Vector2<f64>,
+    pub turn: f64,
+    pub speed: f64,
+    pub force: Vector2<f64>,
+}
+
+impl Motion {
+    pub fn of(found: &PushPrediction, link: &Link, plane: &[Vector3<f64>; 2]) -> Option<Self> {
+        let poses = found.prediction.poses.get(&link.name)?;
+        let com = link.com.as_ref().map(|c| c.value);
+        let radius = link.friction.torsional_radius.as_ref().map_or(0.02, |r| r.value);
+        let time = found.prediction.time.clone();
+        let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&plane[0]), v.dot(&plane[1]));
+        let middle = nalgebra::Point3::from(com.unwrap_or([0.0; 3]));
+        let at: Vec<Vector2<f64>> = poses.iter().map(|p| flat(&(p.0 * middle).coords)).collect();
+        let normal = plane[0].cross(&plane[1]);
+        let yaw = |p: &crate::base::Pose| (p.rotation * poses[0].rotation.inverse()).scaled_axis().dot(&normal);
+        let turn: Vec<f64> = poses.iter().map(yaw).collect();
+        let start = poses[0].rotation.scaled_axis().dot(&normal);
+        let h = 4.min(time.len().saturating_sub(1) / 2).max(1);
+        let speed = (0..time.len())
+            .map(|i| {
+                let (a, b) = (i.saturating_sub(h), (i + h).min(time.len() - 1));
+                let moved = (at[b] - at[a]).norm().hypot(radius * (turn[b] - turn[a]));
+                moved / (time[b] - time[a]).max(1e-6)
+            })
+            .collect();
+        let force = found.prediction.force.iter().map(flat).collect();
+        Some(Self {
+            time,
+            at,
+            turn,
+            start,
+            speed,
+            force,
+        })
+    }
+
+    pub fn touched(&self, found: &PushPrediction) -> Option<(f64, f64)> {
+        Some((found.contact.first()?.0, found.contact.last()?.1))
+    }
+
+    pub fn at(&self, t: f64) -> Moment {
+        let i = self.time.partition_point(|x| *x < t).clamp(1, self.time.len() - 1);
+        let share = ((t - self.time[i - 1]) / (self.time[i] - self.time[i - 1]).max(1e-9)).clamp(0.0, 1.0);
+        let mix = |a: f64, b: f64| a + share * (b - a);
+        let vector = |v: &[Vector2<f64>]| v[i - 1].lerp(&v[i], share);
+        let force = if self.force[i].norm() > 0.0 {
+            self.force[i]
+        } else {
+            self.force[i - 1]
+        };
+        let force = if self.force[i - 1].norm() > 0.0 && self.force[i].norm() > 0.0 {
+            vector(&self.force)
+        } else {
+            force
+        };
+        Moment {
+            at: vector(&self.at),
+            turn: mix(self.turn[i - 1], self.turn[i]),
+            speed: interpolate(&self.time, &self.speed, t).unwrap_or(0.0),
+            force,
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! One push, sample by sample: what was read, beside everything that a law of friction, of the table or of the sensor
+//! may depend on.
+
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+
+use super::family::{Channel, Group};
+use super::predict::Scene;
+use super::push_motion::{Motion, impact, rise};
+use crate::capture::Interaction;
+use crate::stages::estimation::{action_of, replay_push, travel_direction};
+
+/// Seconds of one sample.
+const BIN: f64 = 0.02;
+/// Share of the tool's largest speed above which it moves steadily.
+const STEADY: f64 = 0.7;
+/// Slip after the force rose from which on the model speaks, m: before that the finger's tip gives way.
+const SETTLED: f64 = 1e-4;
+/// What the plain model leaves open of the force in each window, as a share of it.
+const EVEN: f64 = 0.01;
+/// How well the direction of the surface at the contact is known, rad.
+const DIRECTION: f64 = 0.15;
+/// Seconds in which the blow of the tool dies down to a third.
+const RINGING: f64 = 0.1;
+/// Everything that a law may depend on at one moment.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Seconds since the capture began.
+    pub time: f64,
+    /// Seconds for which the body had not been moved before.
+    pub wait: f64,
+    /// The tool moves the body.
+    pub contact: bool,
+    /// The first push of this body in the capture.
+    pub first: bool,
+    /// Slip since this push began, m.
+    pub slip: f64,
+    /// Slip since the capture began, m.
+    pub worn: f64,
+    /// Mean speed of what rubs, m/s: the centre's with the turning about it.
+    pub speed: f64,
+    /// How far it has turned since this push began, rad.
+    pub turned: f64,
+    /// Unit direction in which it moves, plane of the support.
+    pub heading: Vector2<f64>,
+    /// Position of its centre, plane of the support, m.
+    pub at: Vector2<f64>,
+    /// How far it has turned about the normal since the capture began, rad.
+    pub turn: f64,
+    /// Force of the tool in the plain model, N.
+    pub force: Vector2<f64>,
+    /// Size of what may still ring from the blow of the tool, N.
+    pub ringing: f64,
+    /// World-from-tool.
+    pub tool: UnitQuaternion<f64>,
+}
+
+/// A body's pushes so far.
+#[derive(Default)]
+pub struct History {
+    seen: Vec<(String, f64, f64)>,
+}
+
+impl History {
+    /// When the body last came to rest and how far it has slid.
+    fn of(&self, body: &str) -> Option<(f64, f64)> {
+        self.seen.iter().find(|s| s.0 == body).map(|s| (s.1, s.2))
+    }
+    fn note(&mut self, body: &str, rest: f64, slid: f64) {
+        match self.seen.iter_mut().find(|s| s.0 == body) {
+            Some(s) => (s.1, s.2) = (rest, s.2 + slid),
+            None => self.seen.push((body.to_owned(), rest, slid)),
+        }
+    }
+}
+
+/// One push, ready for the family.
+pub struct Observed {
+    pub body: String,
+    /// Normal load, N.
+    pub load: f64,
+    pub noise: f64,
+    pub largest: f64,
+    pub along: Vector2<f64>,
+    pub group: Group,
+    pub states: Vec<State>,
+}
+
+impl Observed {
+    pub fn of(scene: &Scene, plane: &[Vector3<f64>; 2], zero: f64, history: &mut History) -> Option<Self> {
+        let (interaction, model) = (scene.interaction, scene.model);
+        let action = action_of(scene.capture, interaction, scene.segmented, model)?;
+        let body = model.twin.body_of(&action.target).filter(|b| b.links.len() == 1)?;
+        let link = body.links.first()?;
+        let direction = travel_direction(&action)?;
+        let (_, found) = replay_push(model, interaction, scene.segmented, &action, 0.0, 3)?;
+        let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&plane[0]), v.dot(&plane[1]));
+        let along = flat(&direction).try_normalize(1e-6)?;
+        let (time, force, noise) = scene.raw_force(BIN)?;
+        let motion = Motion::of(&found, link, plane)?;
+        let touched = motion.touched(&found)?;
+        let onset = rise(&time, &force, &flat, &along, &found, touched)?;
+        let last = history.of(&link.name);
+        let wait = (onset - last.map_or(zero, |l| l.0)).max(0.0);
+        let past = Past {
+            zero,
+            wait,
+            first: last.is_none(),
+            worn: last.map_or(0.0, |l| l.1),
+        };
+        let (mut states, measured, slip) = moments(
+            interaction,
+            (&time, &force),
+            (&motion, onset, touched),
+            &past,
+            plane,
+            &along,
+        );
+        history.note(&link.name, touched.1, slip);
+        if states.iter().filter(|s| s.contact).count() < 6 {
+            return None;
+        }
+        let mass = link.mass.as_ref().map_or(0.3, |m| m.value);
+        let blow = impact(&time, &force, &motion, onset, mass);
+        for s in states.iter_mut().filter(|s| s.contact) {
+            s.ringing = blow * (-(s.time + zero - onset) / RINGING).exp();
+        }
+        let (states, measured, spread) = windows(&states, &measured, &along);
+        let group = Group {
+            name: interaction.name.clone(),
+            held_out: interaction.held_out,
+            channels: channels(&states, &measured, &spread, &along),
+        };
+        let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
+        let largest = finite.fold(0.0, f64::max);
+        let load = link.mass.as_ref().filter(|m| m.is_measured()).map_or_else(
+            || link.friction_force.kinetic.as_ref().map_or(1.0, |f| f.value) / 0.35,
+            |m| m.value * action.gravity,
+        );
+        Some(Self {
+            body: link.name.clone(),
+            load,
+            noise: noise?,
+            largest,
+            along,
+            group,
+            states,
+        })
+    }
+}
+
+/// What had been done to a body before.
+struct Past {
+    zero: f64,
+    wait: f64,
+    first: bool,
+    worn: f64,
+}
+
+/// The moments at which the tool moves the body steadily or nothing touches, the forces there, and the slip in all.
+fn moments(
+    interaction: &Interaction,
+    (time, force): (&[f64], &[Vector3<f64>]),
+    (motion, onset, touched): (&Motion, f64, (f64, f64)),
+    past: &Past,
+    plane: &[Vector3<f64>; 2],
+    along: &Vector2<f64>,
+) -> (Vec<State>, Vec<Vector2<f64>>, f64) {
+    let top = motion.speed.iter().copied().fold(0.0, f64::max);
+    let (mut states, mut measured) = (Vec::new(), Vec::new());
+    let (mut slip, mut before) = (0.0, onset);
+    for (t, f) in time.iter().zip(force) {
+        let moment = motion.at(*t);
+        let within = (onset..=touched.1).contains(t);
+        if within {
+            slip += moment.speed * (t - before).max(0.0);
+            before = *t;
+        }
+        let contact = within && slip > SETTLED && moment.speed > STEADY * top;
+        let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
+        if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
+            continue;
+        }
+        measured.push(Vector2::new(f.dot(&plane[0]), f.dot(&plane[1])));
+        let slid = if contact { slip } else { 0.0 };
+        states.push(State {
+            time: t - past.zero,
+            wait: past.wait,
+            contact,
+            first: past.first,
+            slip: slid,
+            worn: past.worn + slid,
+            speed: moment.speed,
+            heading: moment.force.try_normalize(1e-9).unwrap_or(*along),
+            at: moment.at,
+            turn: motion.start + moment.turn,
+            turned: moment.turn,
+            force: if contact { moment.force } else { Vector2::zeros() },
+            ringing: 0.0,
+            tool: tool_turn(interaction, *t),
+        });
+    }
+    (states, measured, slip)
+}
+
+/// The size of the force while the tool pushes, its part along the push at rest; and its part across.
+fn channels(states: &[State], measured: &[Vector2<f64>], spread: &[f64], along: &Vector2<f64>) -> Vec<Channel> {
+    let across = Vector2::new(-along.y, along.x);
+    let channel = |(kind, axis): (usize, &Vector2<f64>)| {
+        let value = |(m, s): (&Vector2<f64>, &State)| match (s.contact, kind) {
+            (true, 0) => m.norm(),
+            _ => m.dot(axis),
+        };
+        let values: Vec<f64> = measured.iter().zip(states).map(value).collect();
+        let doubt = |(s, spread): (&State, &f64)| {
+            let share = if kind == 1 { DIRECTION } else { EVEN };
+            let own = if s.contact { share * s.force.norm() } else { 0.0 };
+            own.hypot(s.ringing).hypot(*spread)
+        };
+        let n = values.len();
+        Channel {
+            kind,
+            change: vec![0.0; n],
+            starts: vec![true; n],
+            aside: states.iter().zip(spread).map(doubt).collect(),
+            measured: values,
+        }
+    };
+    [(0, along), (1, &across)].into_iter().map(channel).collect()
+}
+
+/// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
+const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
+/// Width of the windows after that, m.
+const WIDTH: f64 = 8e-3;
+
+/// Which window a moment falls into.
+fn window(s: &State, i: usize) -> usize {
+    if !s.contact {
+        return i / 25;
+    }
+    let fine = EDGES.iter().filter(|e| s.slip >= **e).count();
+    let coarse = ((s.slip - EDGES[EDGES.len() - 1]) / WIDTH).max(0.0) as usize;
+    1000 + fine + coarse
+}
+
+/// States and forces averaged over windows of slip, and of time at rest, with the standard deviation of each mean.
+fn windows(
+    states: &[State],
+    measured: &[Vector2<f64>],
+    along: &Vector2<f64>,
+) -> (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) {
+    let mut out: (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) = Default::default();
+    let mut from = 0;
+    while from < states.len() {
+        let key = window(&states[from], from);
+        let to = (from..states.len())
+            .find(|i| window(&states[*i], *i) != key)
+            .unwrap_or(states.len());
+        let n = (to - from) as f64;
+        let mean = |of: &dyn Fn(&State) -> f64| states[from..to].iter().map(of).sum::<f64>() / n;
+        let force = measured[from..to].iter().sum::<Vector2<f64>>() / n;
+        let middle = &states[from + (to - from) / 2];
+        let spread = measured[from..to]
+            .iter()
+            .map(|m| (m - force).norm_squared())
+            .sum::<f64>()
+            / n;
+        out.0.push(State {
+            time: mean(&|s| s.time),
+            slip: mean(&|s| s.slip),
+            worn: mean(&|s| s.worn),
+            speed: mean(&|s| s.speed),
+            turned: mean(&|s| s.turned),
+            ringing: mean(&|s| s.ringing),
+            force: states[from..to].iter().map(|s| s.force).sum::<Vector2<f64>>() / n,
+            ..middle.clone()
+        });
+        // The size of the mean force: noise across the push adds nothing to it.
+        let size = measured[from..to].iter().map(|m| m.norm()).sum::<f64>() / n;
+        let direction = force.try_normalize(1e-9).unwrap_or(*along);
+        out.1.push(if middle.contact { direction * size } else { force });
+        // Neighbouring readings ring together.
+        out.2.push((3.0 * spread / n).sqrt());
+        from = to;
+    }
+    out
+}
+
+fn tool_turn(interaction: &Interaction, t: f64) -> UnitQuaternion<f64> {
+    let of = |path: &crate::capture::PoseStream| {
+        let i = path.time.partition_point(|x| *x < t).min(path.len().saturating_sub(1));
+        path.rotation.get(i).copied().flatten()
+    };
+    interaction
+        .tool_path
+        .as_ref()
+        .and_then(of)
+        .unwrap_or_else(UnitQuaternion::identity)
+}

@@ -1,0 +1,253 @@
+//! Pushes and pulls of single bodies along the support as the ladder of laws sees them: the force in the plane of the
+//! support, with everything that a law of friction, of the table or of the sensor may depend on.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::Quantity;
+use super::family::{Active, ChannelKind, Family, Group, Law, Parameter, Scatter};
+use super::predict::Scene;
+use super::push_catalogue::push_laws;
+use super::push_laws;
+use super::push_states::{History, Observed, State};
+use crate::capture::{Capture, Interaction, Kind, Segmented};
+use crate::math::median;
+use crate::twin::Model;
+
+/// All pushes of single bodies.
+pub struct Pushes {
+    groups: Vec<Group>,
+    kinds: Vec<ChannelKind>,
+    base: Vec<Parameter>,
+    scatter: Vec<Scatter>,
+    laws: Vec<Law>,
+    states: Vec<Vec<State>>,
+    /// Which log friction scales a group.
+    bodies: Vec<usize>,
+    /// Normal load of each body, N.
+    loads: Vec<f64>,
+    /// Unit vectors along and across each group's motion, plane of the support.
+    along: Vec<Vector2<f64>>,
+    /// Of the plane of the support.
+    plane: [Vector3<f64>; 2],
+    largest: f64,
+}
+
+impl Pushes {
+    /// What a capture has of them; nothing where no push was both measured and predicted.
+    pub fn new(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<Self> {
+        let plane = plane_of(capture, model);
+        let mut ordered: Vec<&Interaction> = capture.interactions.iter().collect();
+        ordered.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
+        let zero = ordered.first().map_or(0.0, |i| begin(i));
+        let mut out = Self {
+            groups: Vec::new(),
+            kinds: Vec::new(),
+            base: Vec::new(),
+            scatter: Vec::new(),
+            laws: Vec::new(),
+            states: Vec::new(),
+            bodies: Vec::new(),
+            loads: Vec::new(),
+            along: Vec::new(),
+            plane,
+            largest: 0.0,
+        };
+        let mut names: Vec<String> = Vec::new();
+        let mut history = History::default();
+        let mut noise = Vec::new();
+        for interaction in ordered
+            .into_iter()
+            .filter(|i| matches!(i.kind, Kind::Push | Kind::Pull))
+        {
+            let cut = segmented.iter().find(|s| s.interaction == interaction.name);
+            let scene = Scene {
+                capture,
+                interaction,
+                segmented: cut,
+                model,
+            };
+            let Some(seen) = Observed::of(&scene, &plane, zero, &mut history) else {
+                continue;
+            };
+            let index = names.iter().position(|n| *n == seen.body).unwrap_or_else(|| {
+                names.push(seen.body.clone());
+                out.loads.push(seen.load);
+                names.len() - 1
+            });
+            noise.push(seen.noise);
+            out.largest = out.largest.max(seen.largest);
+            out.bodies.push(index);
+            out.along.push(seen.along);
+            out.groups.push(seen.group);
+            out.states.push(seen.states);
+        }
+        if out.groups.is_empty() {
+            return None;
+        }
+        let sigma = median(&noise)?.max(1e-4) / 3.0;
+        let force = ChannelKind {
+            quantity: Quantity::Force,
+            sigma,
+            jitter: 0.0,
+        };
+        out.kinds = vec![force.clone(), force];
+        out.base = names
+            .iter()
+            .map(|_| Parameter::amplitude("log_friction", "1", 0.5))
+            .collect();
+        out.base.push(Parameter {
+            high: 1.5,
+            ..Parameter::positive("static_excess", "1", 0.2)
+        });
+        out.base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
+        out.scatter = scatter();
+        let scale = out.scale();
+        out.laws = push_laws(&out, scale);
+        Some(out)
+    }
+
+    /// Median force of the plain model, N.
+    fn scale(&self) -> f64 {
+        let forces: Vec<f64> = self
+            .states
+            .iter()
+            .flatten()
+            .filter(|s| s.contact)
+            .map(|s| s.force.norm())
+            .collect();
+        median(&forces).unwrap_or(1.0)
+    }
+
+    /// All states in which a body is moved, of fitted and held-out interactions.
+    pub fn moving(&self) -> impl Iterator<Item = &State> {
+        self.states.iter().flatten().filter(|s| s.contact)
+    }
+
+    /// Largest force that was read, N.
+    pub fn largest(&self) -> f64 {
+        self.largest
+    }
+}
+
+fn begin(interaction: &Interaction) -> f64 {
+    let first = interaction.force.as_ref().and_then(|f| f.time.first().copied());
+    first.unwrap_or(f64::INFINITY)
+}
+
+/// What is new in every push: the level of friction, the tare along and across, the direction of the contact, the
+/// change of friction with the way and with the turning, and the ringing of the blow.
+fn scatter() -> Vec<Scatter> {
+    let rows = [
+        (0.012, 10.0, 0.002),
+        (0.003, 10.0, 0.003),
+        (0.003, 10.0, 0.003),
+        (0.04, 4.0, 0.01),
+        (0.015, 10.0, 0.005),
+        (0.12, 10.0, 0.02),
+        (0.3, 10.0, 0.1),
+    ];
+    let one = |(tau, counts, floor)| Scatter {
+        tau,
+        counts,
+        floor,
+        step: 1e-4,
+    };
+    rows.into_iter().map(one).collect()
+}
+
+/// Two unit vectors in the plane of the support: the world's axes where it is level.
+fn plane_of(capture: &Capture, model: &Model) -> [Vector3<f64>; 2] {
+    let normal = crate::stages::estimation::support_normal(capture, model).into_inner();
+    let first = (Vector3::x() - normal * normal.x)
+        .try_normalize(1e-3)
+        .unwrap_or_else(Vector3::y);
+    [first, normal.cross(&first)]
+}
+
+/// The force of a tool that pushes along the direction of `friction` where the table adds `table`: what is across is
+/// not the tool's to hold, the body gives way sideways until its friction holds it.
+fn held(friction: &Vector2<f64>, table: &Vector2<f64>) -> Vector2<f64> {
+    let size = friction.norm().max(1e-12);
+    let along = friction / size;
+    let across = along.perp(table).abs().min(0.9 * size);
+    along * ((size * size - across * across).sqrt() + along.dot(table))
+}
+
+impl Family for Pushes {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+    fn kinds(&self) -> &[ChannelKind] {
+        &self.kinds
+    }
+    fn base(&self) -> &[Parameter] {
+        &self.base
+    }
+    fn scatter(&self) -> &[Scatter] {
+        &self.scatter
+    }
+    fn laws(&self) -> &[Law] {
+        &self.laws
+    }
+
+    fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {
+        let states = &self.states[group];
+        let n = states.len();
+        let bodies = self.loads.len();
+        let level = (base[self.bodies[group]] + scatter[0]).exp();
+        let (excess, length) = (base[bodies], base[bodies + 1].exp());
+        let load = self.loads[self.bodies[group]];
+        let along = self.along[group];
+        let across = Vector2::new(-along.y, along.x);
+        let mut out = vec![0.0; 2 * n];
+        for (i, s) in states.iter().enumerate() {
+            // Level, slow change with the way and with the turning: what a surface and a shape leave open in each push.
+            let drift = scatter[4] * (s.slip / 0.03) + scatter[5] * s.turned.abs();
+            let mut share = 1.0 + excess * (-s.slip / length).exp() + drift;
+            let (mut table, mut offset) = (Vector2::zeros(), Vector2::zeros());
+            let mut viscous = 0.0;
+            for a in active {
+                push_laws::share(a, s, length, &mut share);
+                push_laws::table(a, s, load, &mut table);
+                push_laws::offset(a, s, &along, &self.plane, &mut offset);
+                push_laws::viscous(a, s, &mut viscous);
+            }
+            let force = if s.contact {
+                held(&(s.force * (level * share) + s.heading * viscous), &table)
+            } else {
+                Vector2::zeros()
+            };
+            let turned = force + Vector2::new(-force.y, force.x) * scatter[3];
+            let mut read = turned + offset;
+            for a in active {
+                read = push_laws::read(a, read, &along);
+            }
+            // The size of the force, where the tool pushes: its direction follows the surface at the contact, which is
+            // known less well.
+            out[i] = if s.contact {
+                read.norm() + scatter[6] * s.ringing
+            } else {
+                read.dot(&along)
+            } + scatter[1];
+            out[n + i] = read.dot(&across) + scatter[2];
+        }
+        out
+    }
+
+    fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+        let states = &self.states[group];
+        let of = |value: &dyn Fn(&State) -> f64| {
+            let along = states.iter().map(|s| if s.contact { value(s) } else { f64::NAN });
+            along.chain(states.iter().map(|_| f64::NAN)).collect::<Vec<f64>>()
+        };
+        vec![
+            ("speed", "m/s", of(&|s| s.speed)),
+            ("heading", "rad", of(&|s| s.heading.y.atan2(s.heading.x))),
+            ("slip since the push began", "m", of(&|s| s.slip)),
+            ("place along x", "m", of(&|s| s.at.x)),
+            ("place along y", "m", of(&|s| s.at.y)),
+            ("time since the capture began", "s", of(&|s| s.time)),
+            ("waiting time", "s", of(&|s| s.wait)),
+        ]
+    }
+}

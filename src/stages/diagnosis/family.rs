@@ -143,6 +143,8 @@ pub struct Scatter {
     pub counts: f64,
     /// It is never taken to be smaller.
     pub floor: f64,
+    /// No model could foretell it: where a surface begins, a tare.
+    pub nuisance: bool,
     /// Finite step for derivatives.
     pub step: f64,
 }

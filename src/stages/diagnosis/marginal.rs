@@ -45,7 +45,7 @@ pub struct GroupState {
 }
 
 /// Weight of each sample: less where the signal changes fast.
-fn weights(family: &dyn Family, group: usize) -> Vec<f64> {
+pub fn weights(family: &dyn Family, group: usize) -> Vec<f64> {
     let of = |c: &super::family::Channel| {
         let kind = &family.kinds()[c.kind];
         let weight = |(d, a): (&f64, &f64)| {

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use super::family::{Family, Law};
-use super::fit::Fit;
-use super::marginal::{Point, predict};
+use super::fit::{Fit, parameters};
+use super::marginal::{Point, group_state, predict, weights};
 use super::naming::{Ladder, Taken};
 use super::profile::profile;
 use crate::base::Estimate;
@@ -13,6 +13,8 @@ use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 
 /// Raw Bayes factors are overconfident where no form of a law is quite right: log odds are divided by this.
 const TEMPERATURE: f64 = 1.5;
+/// Share of the error above the noise that a finding may add on interactions that were not fitted.
+const WORSE: f64 = -0.1;
 /// Causes less likely than this are not listed.
 const NEGLIGIBLE: f64 = 0.005;
 
@@ -30,6 +32,12 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             .iter()
             .find(|o| o.cause == law.cause)
             .map_or(1.0, |o| o.probability);
+        // A tare fitted anew would take the place of what is wrong with the sensor.
+        let gain = gain(family, &before, &after, law.place != "sensor");
+        // What makes held-out interactions worse is no cause, however well it fits.
+        if !gain.held_out.is_empty() && gain.reduction < WORSE {
+            continue;
+        }
         out.push(Finding {
             cause: law.cause.into(),
             place: law.place.clone(),
@@ -39,7 +47,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             evidence: std::iter::once(evidence(law, taken))
                 .chain(profile(family, &before))
                 .collect(),
-            gain: gain(family, &before, &after),
+            gain,
         });
     }
     out
@@ -140,8 +148,24 @@ fn evidence(law: &Law, taken: &Taken) -> Evidence {
     }
 }
 
+/// What is left of each sample of a held-out interaction, with what no model could foretell of it fitted `anew`.
+fn left(family: &dyn Family, fit: &Fit, group: usize, anew: bool) -> Vec<f64> {
+    let point = Point {
+        laws: &fit.laws,
+        theta: &fit.theta,
+    };
+    let priors = parameters(family, &fit.laws);
+    let steps: Vec<f64> = priors.iter().map(|p| 1e-4 * p.sd).collect();
+    let state = group_state(family, group, &point, &steps, &fit.noise);
+    let own = family.scatter().iter().zip(state.effects.iter());
+    let effects: Vec<f64> = own.map(|(s, e)| if s.nuisance && anew { *e } else { 0.0 }).collect();
+    let predicted = predict(family, group, &point, &effects);
+    let measured = family.groups()[group].channels.iter().flat_map(|c| c.measured.iter());
+    measured.zip(&predicted).map(|(m, p)| m - p).collect()
+}
+
 /// Error on held-out interactions before and after; on the fitted ones where none was held out.
-pub fn gain(family: &dyn Family, before: &Fit, after: &Fit) -> Gain {
+fn gain(family: &dyn Family, before: &Fit, after: &Fit, anew: bool) -> Gain {
     let held: Vec<usize> = (0..family.groups().len())
         .filter(|g| family.groups()[*g].held_out)
         .collect();
@@ -150,37 +174,23 @@ pub fn gain(family: &dyn Family, before: &Fit, after: &Fit) -> Gain {
     } else {
         held.clone()
     };
-    let none = vec![0.0; family.scatter().len()];
-    let error = |fit: &Fit, kind: usize| {
-        let (mut sum, mut count) = (0.0, 0.0);
+    // Samples count by how well they are known: those that still ring from the blow of the tool hardly do.
+    let error = |fit: &Fit| {
+        let (mut square, mut total) = (0.0, 0.0);
         for g in &on {
-            let point = Point {
-                laws: &fit.laws,
-                theta: &fit.theta,
-            };
-            let predicted = predict(family, *g, &point, &none);
-            let mut at = 0;
-            for channel in &family.groups()[*g].channels {
-                for (k, m) in channel.measured.iter().enumerate() {
-                    if channel.kind == kind {
-                        sum += (m - predicted[at + k]).powi(2);
-                        count += 1.0;
-                    }
-                }
-                at += channel.measured.len();
+            // The first kind of channel is the one that laws are about.
+            let own = family.groups()[*g].channels.first().map_or(0, |c| c.measured.len());
+            let rows = left(family, fit, *g, anew).into_iter().zip(weights(family, *g));
+            for (e, w) in rows.take(own) {
+                square += (w * e).powi(2);
+                total += w * w;
             }
         }
-        if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+        (square / total.max(1e-30)).sqrt()
     };
-    let of = |kind: usize| {
-        let (a, b) = (error(before, kind), error(after, kind));
-        (a, b, family.kinds()[kind].sigma, kind)
-    };
-    let best = (0..family.kinds().len())
-        .map(of)
-        .max_by(|x, y| ((x.0 - x.1) / x.2).total_cmp(&((y.0 - y.1) / y.2)));
-    let (rmse_before, rmse_after, floor, kind) = best.unwrap_or((0.0, 0.0, 1.0, 0));
-    let quantity = family.kinds().get(kind).map_or(super::Quantity::Force, |k| k.quantity);
+    let (rmse_before, rmse_after) = (error(before), error(after));
+    let floor = family.kinds().first().map_or(0.0, |k| k.sigma);
+    let quantity = family.kinds().first().map_or(super::Quantity::Force, |k| k.quantity);
     let above = |x: f64| (x * x - floor * floor).max(0.0).sqrt();
     let reduction = if above(rmse_before) > 0.0 {
         1.0 - above(rmse_after) / above(rmse_before)

@@ -16,7 +16,7 @@ use crate::twin::{Evidence, Finding, Gain, Link, Model};
 /// Misfit of the centroid, chi squared of the axes that were measured, from which on it counts: p below 3e-7.
 const CLEAR: f64 = 30.0;
 /// What a reconstructed shape may miss of its centroid: m, and a share of its extent.
-const SHAPE: (f64, f64) = (8e-4, 0.01);
+const SHAPE: (f64, f64) = (8e-4, 0.004);
 /// An axis with more doubt than this was not measured, m.
 const VAGUE: f64 = 4e-3;
 

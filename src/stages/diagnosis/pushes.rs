@@ -138,18 +138,19 @@ fn begin(interaction: &Interaction) -> f64 {
 /// change of friction with the way and with the turning, and the ringing of the blow.
 fn scatter() -> Vec<Scatter> {
     let rows = [
-        (0.012, 10.0, 0.002),
-        (0.003, 10.0, 0.003),
-        (0.003, 10.0, 0.003),
-        (0.04, 4.0, 0.01),
-        (0.015, 10.0, 0.005),
-        (0.12, 10.0, 0.02),
-        (0.3, 10.0, 0.1),
+        (0.012, 10.0, 0.002, false),
+        (0.003, 10.0, 0.003, true),
+        (0.003, 10.0, 0.003, true),
+        (0.04, 4.0, 0.01, true),
+        (0.015, 10.0, 0.005, false),
+        (0.12, 10.0, 0.02, false),
+        (0.3, 10.0, 0.1, true),
     ];
-    let one = |(tau, counts, floor)| Scatter {
+    let one = |(tau, counts, floor, nuisance)| Scatter {
         tau,
         counts,
         floor,
+        nuisance,
         step: 1e-4,
     };
     rows.into_iter().map(one).collect()

@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+"""A blind test of the diagnosis on worlds made with MuJoCo that hide an effect, or none.
+
+    python blind_diagnosis.py PALPATE FOLDER [--first-seed N] [--clean N] [--each N]
+
+Makes the captures in FOLDER (those that are there already are kept), reconstructs each without its truth, and prints
+what was hidden beside what was named, and counts: false names on clean captures, effects found, first name right,
+truth among the names given. Needs `mujoco` and `numpy`.
+"""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).parent
+TIN = ["velocity-weakening-friction", "viscous-friction", "anisotropic-friction", "friction-patch", "support-tilt", "bump", "magnet",
+       "com-offset", "wear-or-heating", "force-bias", "force-bias-world", "force-drift", "static-ageing", "breakaway-bond", "tether",
+       "tool-friction", "time-delay", "hidden-body", "outside-texture", "outside-ratchet"]
+PAD = ["hardening-stiffness", "second-stage", "power-law-stiffness", "elastic-damping", "stress-relaxation", "plastic-set",
+       "elastic-hysteresis", "softening-by-use", "adhesion", "preload", "snap-through", "force-saturation"]
+
+
+def cases(arguments):
+    """(kind, cause, seed) of every capture: a quarter or more of them clean."""
+    seed = arguments.first_seed
+    for kind, causes in (("tin", TIN), ("pad", PAD)):
+        for cause in causes * arguments.each + ["none"] * arguments.clean:
+            seed += 1
+            yield kind, cause, seed
+
+
+def named(palpate, capture, out):
+    """The verdict and the causes that are named, each with its rivals."""
+    subprocess.run([palpate, "-q", "reconstruct", str(capture), "--out", str(out)], check=True, stderr=subprocess.DEVNULL)
+    diagnosis = json.loads((out / "diagnosis.json").read_text())
+    names = [[f["cause"]] + [a["cause"] for a in f["alternatives"]] for f in diagnosis["findings"]]
+    return diagnosis["verdict"], names
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("palpate")
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--first-seed", type=int, default=1000)
+    parser.add_argument("--clean", type=int, default=8)
+    parser.add_argument("--each", type=int, default=1)
+    arguments = parser.parse_args()
+    count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0)
+    for kind, cause, seed in cases(arguments):
+        capture = arguments.folder / f"{cause}-{kind}-{seed}"
+        if not (capture / "truth.json").exists():
+            make = [sys.executable, str(HERE / "mujoco_world.py"), str(capture), "--kind", kind, "--seed", str(seed), "--hide", cause]
+            subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
+        verdict, names = named(arguments.palpate, capture, arguments.folder / f"{capture.name}.twin")
+        print(f"{capture.name:45} {verdict:10} {'; '.join(' or '.join(n) for n in names)}", flush=True)
+        if cause == "none":
+            count["clean"] += 1
+            count["false"] += bool(names)
+        elif cause.startswith("outside"):
+            count["outside"] += 1
+            count["passed"] += not names
+        else:
+            count["hidden"] += 1
+            count["found"] += bool(names)
+            count["first"] += bool(names) and names[0][0] == cause
+            count["among"] += any(cause in n for n in names)
+    print(f"\nfalse names on clean captures: {count['false']} of {count['clean']}")
+    print(f"hidden effects: {count['found']} of {count['hidden']} seen; first name right {count['first']}; among the names {count['among']}")
+    print(f"effects outside the catalogue that got no name: {count['passed']} of {count['outside']}")
+
+
+if __name__ == "__main__":
+    main()

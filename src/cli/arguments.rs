@@ -57,7 +57,7 @@ pub enum Command {
         /// Where the capture goes
         #[arg(long, required_unless_present = "list")]
         out: Option<PathBuf>,
-        /// Hide an effect that a plain model lacks: CAUSE[:STRENGTH] (several with commas; a wrong one lists all that
+        /// Hide an effect that a plain model lacks: CAUSE or CAUSE:STRENGTH (several with commas; a wrong one lists all that
         /// the scene can hide), random, or none; the truth file alone tells it
         #[arg(long)]
         hide: Option<String>,
@@ -147,7 +147,7 @@ pub enum Command {
     Simulate {
         /// The twin's folder
         twin: PathBuf,
-        /// pick:BODY, push:BODY,DIRECTION[,SPEED] (x, -x, y, -y or degrees; m/s) or open:JOINT[,SPEED]
+        /// pick:BODY, push:BODY,DIRECTION,SPEED (x, -x, y, -y or degrees; m/s, may be left out) or open:JOINT,SPEED
         #[arg(long = "do", value_name = "DEED", allow_hyphen_values = true)]
         deed: String,
     },

@@ -18,6 +18,8 @@ use crate::twin::{Link, Model};
 const PRIOR_TOOL: (f64, f64) = (0.4, 0.7);
 /// Log-sd of the torsional radius about what the forces or the footprint say.
 const PRIOR_RADIUS: f64 = 0.25;
+/// A torsional radius that the forces leave more open than this share says less than the footprint does.
+const VAGUE: f64 = 0.2;
 /// Where the search for the tool's friction begins.
 const STARTS: [f64; 6] = [0.06, 0.12, 0.2, 0.3, 0.45, 0.8];
 /// What the model may miss of a path, m and rad.
@@ -120,7 +122,8 @@ fn radius_before(model: &Model, link: &Link) -> f64 {
     let uniform = mesh
         .and_then(|m| uniform_torsional_radius(m, &link.pose.0))
         .unwrap_or(0.03);
-    let said = link.friction.torsional_radius.as_ref().map(|r| r.value);
+    let clear = |r: &&Estimate| r.sd.is_some_and(|sd| sd < VAGUE * r.value);
+    let said = link.friction.torsional_radius.as_ref().filter(clear).map(|r| r.value);
     said.filter(|r| (0.5 * uniform..1.6 * uniform).contains(r))
         .unwrap_or(uniform)
 }

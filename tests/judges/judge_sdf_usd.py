@@ -38,7 +38,8 @@ def drake_bodies(folder):
     Parser(plant).AddModels(os.path.join(folder, "scene.sdf"))
     plant.Finalize()
     diagram = builder.Build()
-    context = plant.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    root = diagram.CreateDefaultContext()  # kept: the plant's context is a part of it
+    context = plant.GetMyContextFromRoot(root)
     bodies = {}
     for body in (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())):
         inertia = body.CalcSpatialInertiaInBodyFrame(context)

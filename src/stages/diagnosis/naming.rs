@@ -61,7 +61,7 @@ pub struct Ladder {
 
 /// Fits the plain model and takes up effects while the data ask for them.
 ///
-/// The threshold was set on captures of MuJoCo worlds with nothing hidden: none of 15 with pushes reached 8 nats.
+/// With the threshold none of 24 clean captures of MuJoCo worlds, on seeds not used for tuning, got a name.
 pub fn climb(family: &dyn Family) -> Option<Ladder> {
     let groups: Vec<usize> = (0..family.groups().len())
         .filter(|g| !family.groups()[*g].held_out)

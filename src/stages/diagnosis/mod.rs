@@ -10,6 +10,8 @@ mod family;
 mod fit;
 mod joints;
 mod marginal;
+mod motion_laws;
+mod motions;
 mod named;
 mod naming;
 mod offset;

@@ -266,6 +266,7 @@ fn traces() -> Vec<Trace> {
             held_out: true,
             remark: Some(EVIL.into()),
             curves: curves.collect(),
+            ..Trace::default()
         },
         Trace {
             interaction: EVIL.into(),

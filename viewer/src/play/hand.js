@@ -53,6 +53,8 @@ export class Hand {
   follow(dt) {
     const next = towards(vec(this.body.translation()), this.goal, FASTEST * dt);
     this.body.setNextKinematicTranslation(next);
+    // What is held does not fall asleep in the hand.
+    this.part.body.wakeUp();
   }
 
   letGo() {

@@ -6,6 +6,9 @@ import { memory, outcome } from './words.js';
 /** A scene is at rest where nothing was faster than this, m/s, for this long, s. */
 const SLOW = 2e-3;
 const QUIET = 0.6;
+/** Time for everything to come to rest before a hand comes, s, and how many steps of it are taken at once. */
+const SETTLING = 0.4;
+const AT_ONCE = 10;
 /** No frame may spend longer on physics, ms: then time goes slower than the clock's. */
 const BUDGET = 14;
 
@@ -28,7 +31,7 @@ export class Simulation {
     this.hands = [];
     this.deed = null;
     this.running = false;
-    this.listeners = { said: [], state: [] };
+    this.listeners = { said: [], state: [], reset: [] };
     this.posed = new Map(links.map((l) => [l.data.name, l]));
   }
 
@@ -45,34 +48,65 @@ export class Simulation {
     this.listeners.state.forEach((l) => l(this));
   }
 
-  /** A world that begins where everything is shown now. */
-  async ready() {
-    const rapier = await loadEngine();
-    if (this.world) return this.world;
-    this.world = new World(rapier, this.physics, this.meshes);
-    for (const part of this.world.parts.filter((p) => p.body)) {
-      const link = this.posed.get(part.data.link);
-      if (link) this.world.place(part, link.group.matrix);
+  /** A world that begins where everything is shown now, and has settled. */
+  ready() {
+    if (!this.physics) return Promise.reject(new Error('nothing can be moved here'));
+    if (!this.coming) {
+      const turn = {};
+      this.turn = turn;
+      this.coming = this.start(turn);
     }
-    this.changed();
-    return this.world;
+    return this.coming;
   }
 
-  /** Back to the first view; the engine is left. */
-  reset() {
+  async start(turn) {
+    const first = !engine;
+    if (first) this.say('The engine starts \u2026');
+    const rapier = await loadEngine();
+    const world = new World(rapier, this.physics, this.meshes);
+    for (const part of world.parts.filter((p) => p.body)) {
+      const link = this.posed.get(part.data.link);
+      if (link) world.place(part, link.group.matrix);
+    }
+    for (let left = Math.round(SETTLING / STEP); left > 0; left -= AT_ONCE) {
+      for (let i = 0; i < AT_ONCE; i++) world.step();
+      await new Promise((go) => { setTimeout(go); });
+    }
+    if (this.turn !== turn) {
+      world.free();
+      return this.ready();
+    }
+    this.world = world;
+    if (first) this.say('Physics runs. Take hold of something.');
+    this.show();
+    this.changed();
+    return world;
+  }
+
+  /** Leaves the engine; everything stays where it is shown. */
+  leave() {
     this.pause();
     this.hands = [];
-    this.deed = null;
-    this.grip = null;
+    Object.assign(this, { deed: null, grip: null, left: false, before: null });
+    // What is still starting ends as nobody's.
+    this.coming = null;
+    this.turn = null;
     this.world?.free();
     this.world = null;
+    this.onShow?.();
+    this.changed();
+  }
+
+  /** Back to the first view. */
+  reset() {
+    this.leave();
     for (const link of this.links) {
       link.group.matrix.copy(link.start);
       link.group.matrixWorldNeedsUpdate = true;
     }
     this.joints.home();
     this.stage.draw();
-    this.changed();
+    this.listeners.reset.forEach((l) => l());
   }
 
   async play() {
@@ -170,6 +204,21 @@ export class Simulation {
     if (this.world) hand.letGo();
     this.left = true;
     this.changed();
+  }
+
+  /** Lets go of what a key or a deed holds. */
+  release() {
+    const { grip } = this;
+    this.grip = null;
+    if (grip) this.drop(grip);
+    if (this.world) this.play();
+  }
+
+  /** Ends what a hand does by itself, and lets go. */
+  stopDeed() {
+    if (this.deed) this.finish();
+    this.release();
+    [...this.hands].forEach((hand) => this.drop(hand));
   }
 
   begin(deed) {

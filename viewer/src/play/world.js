@@ -6,7 +6,9 @@ import { colliders } from './colliders.js';
 import { Bonds } from './bonds.js';
 
 /** Step, s. */
-export const STEP = 0.002;
+export const STEP = 0.004;
+/** The engine's measure of how large things are, m: how deep contacts may be and from where on they are foreseen go with it. */
+const LENGTH = 0.3;
 /** Axes of a joint in the engine, by number: three slides, three turns. */
 const TURN_X = 3;
 const FREE = { revolute: 0b110111, screw: 0b110111, prismatic: 0b111110, cylindrical: 0b110110, planar: 0b110001, spherical: 0b000111 };
@@ -24,6 +26,7 @@ export class World {
     this.up = new Vector3(...physics.floor.normal);
     this.world = new rapier.World(this.gravity);
     this.world.timestep = STEP;
+    this.world.lengthUnit = LENGTH;
     this.time = 0;
     this.pulls = [];
     this.parts = physics.parts.map((data, index) => ({ data, index, body: null }));
@@ -39,9 +42,9 @@ export class World {
 
   /** The friction of a contact is the body's: the table's is nought and the greater of the two counts. */
   addFloor() {
-    const { RigidBodyDesc, ColliderDesc, CoefficientCombineRule } = this.rapier;
+    const { RigidBodyDesc, ColliderDesc, CoefficientCombineRule, HalfSpace } = this.rapier;
     const ground = this.world.createRigidBody(RigidBodyDesc.fixed().setTranslation(...this.physics.floor.point));
-    const plane = ColliderDesc.halfspace(this.up).setFriction(0).setFrictionCombineRule(CoefficientCombineRule.Max);
+    const plane = new ColliderDesc(new HalfSpace(this.up)).setFriction(0).setFrictionCombineRule(CoefficientCombineRule.Max);
     this.world.createCollider(plane, ground);
   }
 
@@ -60,11 +63,23 @@ export class World {
     const kind = data.anchored ? RigidBodyDesc.fixed() : RigidBodyDesc.dynamic();
     const principal = part.turn.clone().multiply(new Quaternion(...data.principal));
     const [a, b, c] = data.moments;
-    kind.setTranslation(x, y, z).setCanSleep(false)
+    kind.setTranslation(x, y, z).setCanSleep(true)
       .setAdditionalMassProperties(data.mass, part.com, { x: a, y: b, z: c }, principal);
     part.body = this.world.createRigidBody(kind);
+    const groups = this.groupsOf(part.index);
     const shapes = colliders(this.rapier, data, part.turn, this.up, data.hulls.map((file) => meshes.get(file)).filter(Boolean));
-    part.colliders = shapes.map((shape) => this.world.createCollider(shape, part.body));
+    part.colliders = shapes.map((shape) => this.world.createCollider(shape.setCollisionGroups(groups), part.body));
+  }
+
+  /** What a joint holds together does not collide; said in groups too, of which there are sixteen, for speed. */
+  groupsOf(index) {
+    const { parts } = this.physics;
+    const tied = (i) => parts.map((_, k) => k).filter((k) => parts[i].joint?.parent === k || parts[k].joint?.parent === i);
+    const bits = parts.map((_, i) => i).filter((i) => tied(i).length).slice(0, 15);
+    const bit = (i) => 1 << (1 + bits.indexOf(i));
+    const own = bits.includes(index) ? bit(index) : 1;
+    const others = tied(index).filter((i) => bits.includes(i)).reduce((all, i) => all | bit(i), 0);
+    return ((own << 16) | (0xffff & ~others)) >>> 0;
   }
 
   addJoint(part) {
@@ -219,7 +234,7 @@ export class World {
 
   /** The greatest speed of any part, m/s (a turn counts at 50 mm). */
   unrest() {
-    const speeds = this.parts.filter((p) => p.body).map((p) => vec(p.body.linvel()).length() + 0.05 * vec(p.body.angvel()).length());
+    const speeds = this.parts.filter((p) => p.body && !p.body.isSleeping()).map((p) => vec(p.body.linvel()).length() + 0.05 * vec(p.body.angvel()).length());
     return Math.max(0, ...speeds);
   }
 }

@@ -5,7 +5,7 @@ import { lift, open, push } from './play/deeds.js';
 
 const round = (v) => v.toArray().map((x) => Math.round(x * 1e6) / 1e6);
 
-export function exposeHandle(stage, sim, links, bar) {
+export function exposeHandle(stage, sim, links, bar, pointer) {
   const part = (name) => {
     const found = sim.world?.part(name);
     if (!found) throw new Error(`${name}: no such thing, or the engine has not begun`);
@@ -24,6 +24,21 @@ export function exposeHandle(stage, sim, links, bar) {
       const q = stage.camera.quaternion.clone().setFromRotationMatrix(turn);
       return { name: l.data.name, position: round(at), quaternion: round(q) };
     }),
+    /** Where on the page, px from the window's corner, a pointer can take a link: in the midst of what shows of it, or null. */
+    spot(name) {
+      const box = stage.canvas.getBoundingClientRect();
+      const hits = [];
+      for (let y = 3; y < box.height; y += 6) {
+        for (let x = 3; x < box.width; x += 6) {
+          const event = { clientX: box.left + x, clientY: box.top + y };
+          if (pointer.under(event)?.part.link === name) hits.push([event.clientX, event.clientY]);
+        }
+      }
+      if (!hits.length) return null;
+      const middle = [0, 1].map((k) => hits.reduce((sum, h) => sum + h[k], 0) / hits.length);
+      const off = (h) => Math.hypot(h[0] - middle[0], h[1] - middle[1]);
+      return hits.reduce((a, h) => (off(h) < off(a) ? h : a));
+    },
     /** Position of every joint with one freedom, m or rad. */
     joints: () => Object.fromEntries((sim.world?.parts || []).filter((p) => sim.world.hasState(p)).map((p) => [p.data.joint.name, sim.world.jointState(p).value])),
     /** Takes a link at a point (m, world; without one at its centre of mass). */
@@ -55,12 +70,6 @@ export function exposeHandle(stage, sim, links, bar) {
     lift: (name) => deed(lift(sim, part(name))),
     open: (name) => deed(open(sim, part(name))),
     push: (name, heading) => deed(push(sim, part(name), new Vector3(...heading).normalize())),
-    /** Where a point, world, is on the page, px from the window's corner. */
-    onPage(point) {
-      const box = stage.canvas.getBoundingClientRect();
-      const at = new Vector3(...point).project(stage.camera);
-      return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height];
-    },
     reset: () => sim.reset(),
     running: () => sim.running,
     said: () => bar.status.textContent,

@@ -27,7 +27,7 @@ function playable(root, stage, scene, { links, joints, sim }) {
   new Keys(stage, sim, bar);
   const marks = new TouchMarks(stage, sim, links);
   sim.onShow = () => marks.update();
-  exposeHandle(stage, sim, links, bar);
+  exposeHandle(stage, sim, links, bar, pointer);
   const film = new Film(stage, links, joints);
   return new Player(root, stage, scene.replays, film, sim);
 }

@@ -82,7 +82,7 @@ export function open(sim, part) {
   const axis = part.axis.clone().applyQuaternion(turn);
   const off = (c) => c.clone().sub(world.position(part)).cross(axis).length();
   const grip = motion.turns ? corners(sim, part).reduce((a, b) => (off(b) > off(a) ? b : a)) : world.comOf(part);
-  const other = sim.add(new Hand(world, part.parent, world.comOf(part.parent)));
+  const other = sim.add(Hand.aside(world, part.parent));
   const hand = sim.add(new Hand(world, part, grip));
   const origin = world.position(part);
   let [at, time] = [start, 0];

@@ -36,6 +36,15 @@ export class Hand {
     world.held = part;
   }
 
+  /** The other hand, which only holds on. */
+  static aside(world, part) {
+    const { held } = world;
+    const hand = new Hand(world, part, world.comOf(part));
+    hand.aside = true;
+    world.held = held;
+    return hand;
+  }
+
   motors(count) {
     const { rawSet, handle } = this.joint;
     for (let axis = 0; axis < count; axis++) {

@@ -71,6 +71,9 @@ export class Pointer {
       held.hand = sim.add(new Finger(sim.world, start));
     } else {
       held.hand = sim.add(new Hand(sim.world, part, held.found.point));
+      // To open a drawer takes two hands: the other holds what it hangs on.
+      const opens = this.tool === 'lift' && part.data.joint?.motion?.alone;
+      if (opens) held.other = sim.add(Hand.aside(sim.world, part.parent));
     }
     held.offset = this.on(held.plane, held.last).sub(held.hand.goal);
     sim.changed();
@@ -107,6 +110,8 @@ export class Pointer {
     const { hand, plane } = this.held;
     if (!hand) return;
     hand.goal.copy(this.bounded(this.on(plane, this.held.last).sub(this.held.offset)));
+    clearTimeout(this.soon);
+    this.soon = setTimeout(() => this.held?.hand instanceof Hand && this.sim.tell(true), 700);
   }
 
   /** Within reach, and not into the table. */
@@ -126,9 +131,9 @@ export class Pointer {
 
   up(event) {
     if (!this.held || event.pointerId !== this.held.id) return;
-    const { hand } = this.held;
+    const { hand, other } = this.held;
     this.held = null;
     this.stage.controls.enabled = true;
-    if (hand) this.sim.drop(hand);
+    [hand, other].filter(Boolean).forEach((h) => this.sim.drop(h));
   }
 }

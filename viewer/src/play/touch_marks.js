@@ -21,7 +21,7 @@ export class TouchMarks {
   }
 
   update() {
-    const hand = this.sim.hands[this.sim.hands.length - 1];
+    const [hand] = this.sim.hands.filter((h) => !h.aside).slice(-1);
     const finger = hand instanceof Finger;
     this.tip.visible = Boolean(hand) && finger;
     this.ball.visible = this.line.visible = Boolean(hand) && !finger;

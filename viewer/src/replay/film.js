@@ -1,9 +1,11 @@
 // One interaction in the scene at a time: things as they were measured, ghosts as the twin has them go, the tool and its force.
-import { ArrowHelper, Group, Matrix4, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from 'three';
+import {
+  ConeGeometry, CylinderGeometry, Group, Matrix4, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3,
+} from 'three';
 
 const GHOST = 0xd55e00;
-const FORCE = 0x0072b2;
-const FORCE_DARK = 0x56b4e9;
+const FORCE = 0xa0517d;
+const FORCE_DARK = 0xdd9abf;
 const ONE = new Vector3(1, 1, 1);
 
 /** The row before a time, and how far on to the next; a path stands still before its first and after its last row. */
@@ -41,15 +43,17 @@ export class Film {
     this.group = new Group();
     this.group.visible = false;
     this.tool = new Mesh(new SphereGeometry(1, 24, 16), new MeshBasicMaterial({ color: FORCE, transparent: true, opacity: 0.55 }));
-    this.arrow = new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 1, FORCE);
-    this.arrow.traverse((o) => {
-      if (o.material) Object.assign(o.material, { depthTest: false, transparent: true });
-      o.renderOrder = 7;
-    });
+    // Along y, from 0 to 1: scaled to its length.
+    const paint = new MeshBasicMaterial({ color: FORCE, transparent: true, depthTest: false });
+    this.shaft = new Mesh(new CylinderGeometry(1, 1, 1, 14).translate(0, 0.5, 0), paint);
+    this.head = new Mesh(new ConeGeometry(1, 1, 18).translate(0, -0.5, 0), paint);
+    this.arrow = new Group();
+    this.arrow.add(this.shaft, this.head);
+    this.arrow.children.forEach((o) => { o.renderOrder = 7; });
     this.group.add(this.tool, this.arrow);
     stage.scene.add(this.group);
     stage.onTheme((dark) => {
-      this.arrow.setColor(dark ? FORCE_DARK : FORCE);
+      paint.color.set(dark ? FORCE_DARK : FORCE);
       this.tool.material.color.set(dark ? FORCE_DARK : FORCE);
     });
     this.ghosts = [];
@@ -115,9 +119,12 @@ export class Film {
     if (this.arrow.visible) {
       const way = now.clone().divideScalar(size);
       this.arrow.position.copy(this.tool.position).addScaledVector(way, -length);
-      this.arrow.setDirection(way);
-      const head = Math.min(0.35 * length, 0.1 * this.stage.radius);
-      this.arrow.setLength(length, head, 0.6 * head);
+      this.arrow.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), way);
+      const head = Math.min(0.4 * length, 0.07 * this.stage.radius);
+      const thick = 0.006 * this.stage.radius;
+      this.shaft.scale.set(thick, length - head, thick);
+      this.head.scale.set(Math.max(0.38 * head, 1.2 * thick), head, Math.max(0.38 * head, 1.2 * thick));
+      this.head.position.y = length;
     }
     return size;
   }

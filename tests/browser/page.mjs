@@ -10,6 +10,7 @@ import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
+import { alteredPages } from './altered.mjs';
 import { fingers, Touch } from './touch.mjs';
 
 const roots = [process.cwd(), ...(process.env.NODE_PATH || '').split(path.delimiter)].filter(Boolean);
@@ -38,6 +39,8 @@ const MOST_BYTES = 8e6;
 const MOST_SECONDS = 3;
 
 const faults = [];
+// The page that may be loaded; any file while altered pages are.
+let home = address;
 const said = [];
 
 async function look({ name, args = webgl, ...options }) {
@@ -50,7 +53,7 @@ async function look({ name, args = webgl, ...options }) {
     const fault = (text) => faults.push(`${name}: ${text}`);
     page.on('console', (m) => ['error', 'warning'].includes(m.type()) && !harmless(m.text()) && fault(`console ${m.type()}: ${m.text()}`));
     page.on('pageerror', (e) => fault(`uncaught: ${e.message}`));
-    page.on('request', (r) => r.url() !== address && !/^(data|blob):/.test(r.url()) && fault(`request: ${r.url()}`));
+    page.on('request', (r) => (home ? r.url() !== home : !r.url().startsWith('file:')) && !/^(data|blob):/.test(r.url()) && fault(`request: ${r.url()}`));
     await open(page, name, fault);
     if (name !== 'no-webgl' && (await page.evaluate(() => window.palpate?.running()))) fault('something runs before it is touched');
     await check(page, name, fault);
@@ -63,6 +66,11 @@ async function look({ name, args = webgl, ...options }) {
       await part.screenshot({ path: path.join(out, `${name}-${await part.getAttribute('id')}.png`) });
     }
     if (name === 'desktop') await exercise(page, fault);
+    if (name === 'desktop-dark' && (await isDemo(page))) {
+      home = '';
+      await alteredPages(page, report, out, (right, words) => new Touch(page, fault, out, said).check(right, words));
+      home = address;
+    }
     if (name === 'phone' && (await isDemo(page))) await fingers(page, fault, said);
   } finally {
     await context.close();

@@ -5,8 +5,10 @@ import { vec } from './world.js';
 /** A hand does not pull harder than this, N, nor turn harder than this, N·m. */
 const STRENGTH = 60;
 const TWIST = 2;
-/** How fast a hand follows, 1/s. */
+/** How fast a hand follows with a place and with a turn, 1/s. */
 const QUICK = 60;
+const QUICK_TURN = 150;
+const UNTURNED = { x: 0, y: 0, z: 0, w: 1 };
 /** Radius of the fingertip, m. */
 export const FINGER = 0.008;
 /** No hand goes faster than this, m/s. */
@@ -20,7 +22,7 @@ function towards(from, to, most) {
 
 /** Holds a part by a point of it, world. A part that hangs on a joint is held by the point alone and may turn about it. */
 export class Hand {
-  constructor(world, part, point) {
+  constructor(world, part, point, aside = false) {
     this.world = world;
     this.part = part;
     this.goal = point.clone();
@@ -30,25 +32,27 @@ export class Hand {
     this.body = world.world.createRigidBody(RigidBodyDesc.kinematicPositionBased().setTranslation(point.x, point.y, point.z).setRotation(turn));
     const grip = point.clone().sub(vec(part.body.translation())).applyQuaternion(world.rotation(part).invert());
     this.grip = grip;
+    this.aside = aside;
+    if (aside) {
+      world.world.createImpulseJoint(JointData.fixed(new Vector3(), UNTURNED, grip, UNTURNED), this.body, part.body, true);
+      return;
+    }
     this.joint = world.world.createImpulseJoint(JointData.generic(new Vector3(), grip, { x: 1, y: 0, z: 0 }, 0), this.body, part.body, true);
     const swings = part.data.joint && part.data.joint.kind !== 'fixed';
     this.motors(swings ? 3 : 6);
     world.held = part;
   }
 
-  /** The other hand, which only holds on. */
+  /** The other hand, which holds on and does not give. */
   static aside(world, part) {
-    const { held } = world;
-    const hand = new Hand(world, part, world.comOf(part));
-    hand.aside = true;
-    world.held = held;
-    return hand;
+    return new Hand(world, part, world.comOf(part), true);
   }
 
   motors(count) {
     const { rawSet, handle } = this.joint;
     for (let axis = 0; axis < count; axis++) {
-      rawSet.jointConfigureMotorPosition(handle, axis, 0, QUICK * QUICK, 2 * QUICK);
+      const quick = axis < 3 ? QUICK : QUICK_TURN;
+      rawSet.jointConfigureMotorPosition(handle, axis, 0, quick * quick, 2 * quick);
       rawSet.jointSetMotorMaxForce(handle, axis, axis < 3 ? STRENGTH : TWIST);
     }
   }

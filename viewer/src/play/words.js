@@ -7,7 +7,8 @@ const STAYS_TURN = 0.02;
 /** A part comes along where it goes at least this share of the hand's way. */
 const ALONG = 0.5;
 
-const mm = (x) => `${(1000 * x).toFixed(0)} mm`;
+const whole = (x) => x.toFixed(0).replace('-0', '0').replace('-', '\u2212');
+const mm = (x) => `${whole(1000 * x)} mm`;
 const and = (names) => (names.length < 2 ? names.join('') : `${names.slice(0, -1).join(', ')} and ${names[names.length - 1]}`);
 
 /** Where everything is, to be compared later. */
@@ -48,7 +49,7 @@ function joints(world, before) {
     const { value } = world.jointState(part);
     const { turns } = part.data.joint.motion;
     if (Math.abs(value - was.joint) < (turns ? STAYS_TURN : STAYS)) continue;
-    const at = turns ? `${((value * 180) / Math.PI).toFixed(0)}\u00b0` : mm(value);
+    const at = turns ? `${whole((value * 180) / Math.PI)}\u00b0` : mm(value);
     said.push(`${part.data.link} now stands ${at} from where it was first seen`);
   }
   return said;

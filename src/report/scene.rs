@@ -104,7 +104,7 @@ fn joint(joint: &Joint) -> Value {
 pub fn section(run: &Run) -> String {
     let movable = run.model.twin.joints().any(|j| j.kind != JointKind::Fixed);
     let sliders = if movable {
-        " Until then its joints move with the sliders, over the range that was seen."
+        " Its joints also move with the sliders, over the range that was seen."
     } else {
         ""
     };

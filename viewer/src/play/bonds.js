@@ -1,7 +1,7 @@
 // Bonds between bodies, which give way at a force. The engine does not tell the force in a joint, so it is had from Newton's law
 // for what hangs on one end: mass times acceleration less gravity, hands and contacts.
 import { Vector3 } from 'three';
-import { STEP, vec } from './world.js';
+import { ROUNDS, STEP, vec } from './world.js';
 
 /** Share of the force in one step that goes into its running mean: the mean is over some 20 ms. */
 const SHARE = 0.1;
@@ -20,6 +20,7 @@ export class Bonds {
     const data = JointData.fixed(b.start.clone().sub(a.start), UNTURNED, new Vector3(), UNTURNED);
     const joint = this.world.world.createImpulseJoint(data, a.body, b.body, true);
     joint.setContactsEnabled(false);
+    b.body.setAdditionalPgsIterations(ROUNDS);
     return { ends: [a, b], joint, breakaway, force: 0, broken: false };
   }
 

@@ -1,6 +1,6 @@
 // What a hand does by itself: lift, push, open. Each is stepped until it says that it is done.
 import { Quaternion, Vector3 } from 'three';
-import { FINGER, Finger, Hand } from './hand.js';
+import { FINGER, Finger, Hand, HOLD } from './hand.js';
 
 /** Height of a lift, m, and its time, s. */
 const LIFT = 0.12;
@@ -83,7 +83,7 @@ export function open(sim, part) {
   const off = (c) => c.clone().sub(world.position(part)).cross(axis).length();
   const grip = motion.turns ? corners(sim, part).reduce((a, b) => (off(b) > off(a) ? b : a)) : world.comOf(part);
   const other = sim.add(Hand.aside(world, part.parent));
-  const hand = sim.add(new Hand(world, part, grip));
+  const hand = sim.add(new Hand(world, part, grip, HOLD.point));
   const origin = world.position(part);
   let [at, time] = [start, 0];
   const speed = motion.turns ? OPEN_TURN : OPEN_SLIDE;

@@ -5,9 +5,13 @@ import { vec } from './world.js';
 /** A hand does not pull harder than this, N, nor turn harder than this, N·m. */
 const STRENGTH = 60;
 const TWIST = 2;
-/** How fast a hand follows with a place and with a turn, 1/s. */
+/** How fast a hand follows with all that hangs on what it holds, 1/s. */
 const QUICK = 60;
-const QUICK_TURN = 150;
+/** Its wrist: N·m/rad and N·m·s/rad. */
+const WRIST = 40;
+const WRIST_DAMPING = 0.5;
+/** A motor of the engine whose stiffness is in N/m and N·m/rad. */
+const BY_FORCE = 1;
 const UNTURNED = { x: 0, y: 0, z: 0, w: 1 };
 /** Radius of the fingertip, m. */
 export const FINGER = 0.008;
@@ -20,9 +24,12 @@ function towards(from, to, most) {
   return from.add(way.clampLength(0, most));
 }
 
-/** Holds a part by a point of it, world. A part that hangs on a joint is held by the point alone and may turn about it. */
+/** How a hand holds: by a point, about which what is held may turn; with its turn too; or fast, without giving. */
+export const HOLD = { point: 3, turn: 6, fast: 0 };
+
+/** Holds a part by a point of it, world. */
 export class Hand {
-  constructor(world, part, point, aside = false) {
+  constructor(world, part, point, hold = HOLD.turn) {
     this.world = world;
     this.part = part;
     this.goal = point.clone();
@@ -32,28 +39,30 @@ export class Hand {
     this.body = world.world.createRigidBody(RigidBodyDesc.kinematicPositionBased().setTranslation(point.x, point.y, point.z).setRotation(turn));
     const grip = point.clone().sub(vec(part.body.translation())).applyQuaternion(world.rotation(part).invert());
     this.grip = grip;
-    this.aside = aside;
-    if (aside) {
+    if (hold === HOLD.fast) {
       world.world.createImpulseJoint(JointData.fixed(new Vector3(), UNTURNED, grip, UNTURNED), this.body, part.body, true);
       return;
     }
     this.joint = world.world.createImpulseJoint(JointData.generic(new Vector3(), grip, { x: 1, y: 0, z: 0 }, 0), this.body, part.body, true);
-    const swings = part.data.joint && part.data.joint.kind !== 'fixed';
-    this.motors(swings ? 3 : 6);
+    this.motors(hold);
     world.held = part;
   }
 
   /** The other hand, which holds on and does not give. */
   static aside(world, part) {
-    return new Hand(world, part, world.comOf(part), true);
+    const hand = new Hand(world, part, world.comOf(part), HOLD.fast);
+    hand.aside = true;
+    return hand;
   }
 
   motors(count) {
     const { rawSet, handle } = this.joint;
+    const mass = [...this.world.bonds.side(this.part, null)].reduce((sum, p) => sum + p.data.mass, 0);
     for (let axis = 0; axis < count; axis++) {
-      const quick = axis < 3 ? QUICK : QUICK_TURN;
-      rawSet.jointConfigureMotorPosition(handle, axis, 0, quick * quick, 2 * quick);
-      rawSet.jointSetMotorMaxForce(handle, axis, axis < 3 ? STRENGTH : TWIST);
+      const [stiffness, damping, most] = axis < 3 ? [mass * QUICK * QUICK, 2 * mass * QUICK, STRENGTH] : [WRIST, WRIST_DAMPING, TWIST];
+      rawSet.jointConfigureMotorModel(handle, axis, BY_FORCE);
+      rawSet.jointConfigureMotorPosition(handle, axis, 0, stiffness, damping);
+      rawSet.jointSetMotorMaxForce(handle, axis, most);
     }
   }
 

@@ -1,6 +1,6 @@
 // Mouse, pen and touch on the scene: what is under the pointer is taken and follows it, or a finger pushes.
 import { Plane, Raycaster, Vector2, Vector3 } from 'three';
-import { Finger, FINGER, Hand } from './hand.js';
+import { Finger, FINGER, Hand, HOLD } from './hand.js';
 
 /** The plane through a point that faces the viewer as far as it may and holds `along`. */
 function facing(stage, point, along) {
@@ -70,7 +70,9 @@ export class Pointer {
       held.plane = new Plane().setFromNormalAndCoplanarPoint(sim.world.up, start);
       held.hand = sim.add(new Finger(sim.world, start));
     } else {
-      held.hand = sim.add(new Hand(sim.world, part, held.found.point));
+      // A lid turns in the hand that opens it.
+      const swings = part.data.joint && part.data.joint.kind !== 'fixed';
+      held.hand = sim.add(new Hand(sim.world, part, held.found.point, swings ? HOLD.point : HOLD.turn));
       // To open a drawer takes two hands: the other holds what it hangs on.
       const opens = this.tool === 'lift' && part.data.joint?.motion?.alone;
       if (opens) held.other = sim.add(Hand.aside(sim.world, part.parent));

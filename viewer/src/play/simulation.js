@@ -6,7 +6,7 @@ import { memory, outcome } from './words.js';
 /** A scene is at rest where nothing was faster than this, m/s, for this long, s. */
 const SLOW = 2e-3;
 const QUIET = 0.6;
-/** Time for everything to come to rest before a hand comes, s, and how many steps of it are taken at once. */
+/** Time at most for everything to come to rest before a hand comes, s, and how many steps of it are taken at once. */
 const SETTLING = 0.4;
 const AT_ONCE = 10;
 /** No frame may spend longer on physics, ms: then time goes slower than the clock's. */
@@ -71,6 +71,7 @@ export class Simulation {
     for (let left = Math.round(SETTLING / STEP); left > 0; left -= AT_ONCE) {
       for (let i = 0; i < AT_ONCE; i++) world.step();
       await new Promise((go) => { setTimeout(go); });
+      if (world.time > SETTLING / 4 && world.unrest() < SLOW) break;
     }
     if (this.turn !== turn) {
       world.free();

@@ -75,7 +75,7 @@ export class Touch {
       await this.page.mouse.move(at[0] + (by[0] * i) / steps, at[1] + (by[1] * i) / steps);
       await this.page.waitForTimeout(30);
     }
-    await this.page.waitForTimeout(1200);
+    await this.still();
     const result = held ? await held() : null;
     await this.page.mouse.up();
     return result;
@@ -104,6 +104,18 @@ export class Touch {
     }
   }
 
+  /** Until what is held has come to where the hand wants it: nothing moves by 0.3 mm in 0.4 s any more. */
+  async still() {
+    let before = await this.bodies();
+    for (let i = 0; i < 60; i++) {
+      await this.page.waitForTimeout(400);
+      const now = await this.bodies();
+      if (before.every((b, k) => far(b.position, now[k].position) < 3e-4)) return;
+      before = now;
+    }
+    this.fault('what is held does not come to rest within 24 s');
+  }
+
   async rest() {
     await this.page.waitForFunction(() => !window.palpate.running(), null, { timeout: 30000 });
   }
@@ -117,10 +129,10 @@ export class Touch {
       await this.page.keyboard.press('n');
     }
     await this.page.keyboard.press('Enter');
-    await this.page.waitForFunction(() => window.palpate.said().startsWith('You hold'), null, { timeout: 20000 });
+    await this.page.waitForFunction((name) => window.palpate.said().startsWith(`You hold ${name}.`), link, { timeout: 20000 });
     for (let i = 0; i < 6; i++) await this.page.keyboard.press('PageUp');
     for (let i = 0; i < 3; i++) await this.page.keyboard.press('ArrowLeft');
-    await this.page.waitForTimeout(2500);
+    await this.still();
     const held = await this.bodies();
     const rise = up(place(before, link), place(held, link));
     this.check(rise > 0.03, `${link} lifted by keys: rises ${mm(rise)}`);
@@ -160,7 +172,7 @@ export async function fingers(page, fault, said) {
     await send('touchMove', [{ x, y: y - 3 * i }]);
     await page.waitForTimeout(40);
   }
-  await page.waitForTimeout(1500);
+  await touch.still();
   const rise = up(place(before, 'box'), place(await touch.bodies(), 'box'));
   await send('touchEnd', []);
   touch.check(rise > 0.02, `box lifted by a finger on the glass: rises ${mm(rise)}`);

@@ -70,6 +70,10 @@ export function exposeHandle(stage, sim, links, bar, pointer) {
     lift: (name) => deed(lift(sim, part(name))),
     open: (name) => deed(open(sim, part(name))),
     push: (name, heading) => deed(push(sim, part(name), new Vector3(...heading).normalize())),
+    /** How far the hand still is from where it was sent, m. */
+    handGap: () => Math.max(0, ...sim.hands.map((h) => new Vector3().copy(h.body.translation()).distanceTo(h.goal))),
+    /** The engine's clock, s. */
+    time: () => sim.world?.time ?? 0,
     reset: () => sim.reset(),
     running: () => sim.running,
     said: () => bar.status.textContent,

@@ -10,7 +10,7 @@ const QUIET = 0.6;
 const SETTLING = 0.4;
 const AT_ONCE = 10;
 /** No frame may spend longer on physics, ms: then time goes slower than the clock's. */
-const BUDGET = 14;
+const BUDGET = 20;
 
 let engine = null;
 

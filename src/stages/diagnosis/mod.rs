@@ -31,4 +31,4 @@ mod white;
 
 pub use config::Config;
 pub use diagnose::{Diagnosed, diagnose};
-pub use trace::{Curve, Quantity, Trace};
+pub use trace::{Curve, Path, Quantity, Trace};

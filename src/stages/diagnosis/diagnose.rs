@@ -105,8 +105,6 @@ fn name_causes(
     let pushes = Pushes::new(capture, segmented, model);
     let presses = Presses::new(capture, segmented, model);
     let motions = of_all_joints(capture, segmented, model);
-    findings.extend(joint_findings(model, &motions));
-    findings.retain(|f| config.allows(&f.cause));
     let first = [
         pushes.as_ref().map(|p| p as &dyn Family),
         presses.as_ref().map(|p| p as &dyn Family),
@@ -118,6 +116,9 @@ fn name_causes(
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
         findings.extend(named::findings(family, &ladder));
     }
+    let of_joints = joint_findings(model, findings);
+    findings.extend(of_joints);
+    findings.retain(|f| config.allows(&f.cause));
     asking::experiments(findings, &untestable)
 }
 

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use super::motions::Motions;
 use crate::base::Estimate;
 use crate::twin::{CauseOdds, Evidence, Finding, Gain, Joint, Model};
 

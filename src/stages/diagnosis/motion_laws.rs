@@ -74,7 +74,7 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             }
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
-            form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 2.0),
+            form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
             _ => 0.0,
         }
     };
@@ -231,12 +231,11 @@ fn speed_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             form::SOFT_CLOSE,
             (
                 vec![Parameter::positive("b", per_speed, 0.7 * s.load / v)],
-                vec![Parameter::scale(
-                    "q_closed",
-                    if s.turns { "rad" } else { "m" },
-                    0.4 * close,
-                    0.5,
-                )],
+                // Free of it at the far end, or it would be plain damping.
+                vec![Parameter {
+                    high: (0.7 * close).ln(),
+                    ..Parameter::scale("q_closed", if s.turns { "rad" } else { "m" }, 0.4 * close, 0.5)
+                }],
             ),
             logs(&[0.25 * close, 0.5 * close]),
             "near its closed end the joint resists in proportion to its speed",

@@ -44,7 +44,6 @@ pub struct Scale {
 
 /// All motions of one joint.
 pub struct Motions {
-    joint: String,
     groups: Vec<Group>,
     kinds: Vec<ChannelKind>,
     base: Vec<Parameter>,
@@ -138,7 +137,6 @@ impl Motions {
         let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
         let zero = loads().map(|l| l.time).fold(f64::INFINITY, f64::min);
         let mut out = Self {
-            joint: joint.name.clone(),
             groups: Vec::new(),
             kinds: vec![ChannelKind {
                 quantity: if turns { Quantity::Torque } else { Quantity::Force },
@@ -179,13 +177,8 @@ impl Motions {
         // A smoothed speed runs ahead of a start: there the load may still be anything up to friction.
         let share = ((high - low) / speed - 0.1).max(0.0);
         let unsteady = self.friction * (2.5 * share).powi(2).min(4.0);
-        let shaken = 0.5 * read.jitter * l[i].speed_gain / speed;
+        let shaken = 1.5 * read.jitter * l[i].speed_gain / speed;
         unsteady + EVEN.hypot(shaken) * l[i].load.abs()
-    }
-
-    /// Name of the joint.
-    pub fn joint(&self) -> &str {
-        &self.joint
     }
 
     fn add(&mut self, read: &Read, zero: f64) {

@@ -71,14 +71,12 @@ fn parted(name: &str) -> (usize, f64) {
 }
 
 #[test]
-#[ignore = "comes apart into three"]
 fn a_drawer_comes_apart_from_its_carcass() {
     let (links, share) = parted("filmed-drawer");
     assert!(links == 2 && share > 0.95);
 }
 
 #[test]
-#[ignore = "comes apart into three"]
 fn a_lid_comes_apart_from_its_box() {
     let (links, share) = parted("filmed-lid");
     assert!(links == 2 && share > 0.95);

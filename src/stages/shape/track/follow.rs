@@ -1,6 +1,8 @@
 //! Follows bodies through the images of one interaction.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::align::{Fit, align, verdicts};
 use super::foreign::Foreign;
@@ -28,7 +30,7 @@ pub struct Followed<'a> {
     /// Its name.
     pub name: String,
     /// Its surface.
-    pub model: Surfels,
+    pub model: Arc<Surfels>,
     /// World-from-link at the first view.
     pub home: Isometry3<f64>,
     /// Its track, where it was measured: it is then only kept apart from the others.
@@ -76,6 +78,17 @@ pub fn follow_through(
         }
     }
     Ok(runs)
+}
+
+/// The fits as a track; rows in which the body was lost are missing.
+pub fn stream(time: &[f64], run: &Run) -> PoseStream {
+    let missing = Point3::new(f64::NAN, f64::NAN, f64::NAN);
+    let place = |f: &Option<Fit>| f.as_ref().map_or(missing, |f| f.pose.translation.vector.into());
+    PoseStream {
+        time: time.to_vec(),
+        position: run.iter().map(place).collect(),
+        rotation: run.iter().map(|f| f.as_ref().map(|f| f.pose.rotation)).collect(),
+    }
 }
 
 impl Memory {
@@ -141,8 +154,9 @@ fn find(
     }
     let mut best: Option<Fit> = None;
     for start in starts(&guesses[k], memory) {
-        let pixels = pixels_of(picture, foreign, bodies, guesses, k, &start);
-        let Some(fit) = attempt(picture, &pixels, &bodies[k].model, &start) else {
+        let mine = |point: &Point3<f64>| belongs(foreign, bodies, guesses, k, &start, point);
+        let pixels = pixels_of(picture, foreign, &bodies[k].model, &start, &mine);
+        let Some(fit) = attempt(picture, &pixels, &mine, &bodies[k].model, &start) else {
             continue;
         };
         let enough = fit.matched >= LEAST_MATCHED.max((LEAST_LEFT * memory.usual.unwrap_or(0) as f64) as usize);
@@ -178,24 +192,42 @@ fn starts(guess: &Isometry3<f64>, memory: &Memory) -> Vec<Isometry3<f64>> {
     out
 }
 
-fn attempt(picture: &Picture, pixels: &[Pixel], model: &Surfels, start: &Isometry3<f64>) -> Option<Fit> {
-    let mut fit = align(pixels, model, start)?;
+fn attempt(
+    picture: &Picture,
+    pixels: &[Pixel],
+    mine: &impl Fn(&Point3<f64>) -> bool,
+    model: &Surfels,
+    start: &Isometry3<f64>,
+) -> Option<Fit> {
+    let mut fit = align(picture, pixels, mine, model, start)?;
     let [there, through, ..] = verdicts(picture, model, &fit.pose, model.points.len() / JUDGED);
     fit.matched = there;
     fit.support = there as f64 / (there + through).max(1) as f64;
     Some(fit)
 }
 
-/// The pixels around a body that belong neither to the table, nor to the tool, nor to a body that is nearer.
-pub fn pixels_of(
-    picture: &Picture,
+/// Whether a reading can be of body `k`, thought to be at `start`: not of the tool, nor of a body that is nearer.
+fn belongs(
     foreign: &Foreign,
     bodies: &[Followed],
     guesses: &[Isometry3<f64>],
     k: usize,
     start: &Isometry3<f64>,
+    point: &Point3<f64>,
+) -> bool {
+    let own = distance(&bodies[k].model, start, point);
+    let nearer = |j: usize| j == k || distance(&bodies[j].model, &guesses[j], point) > own;
+    own.is_finite() && !foreign.on_tool(point) && (0..bodies.len()).all(nearer)
+}
+
+/// The pixels around a body that are `mine` and not of the table.
+fn pixels_of(
+    picture: &Picture,
+    foreign: &Foreign,
+    model: &Surfels,
+    start: &Isometry3<f64>,
+    mine: &impl Fn(&Point3<f64>) -> bool,
 ) -> Vec<Pixel> {
-    let model = &bodies[k].model;
     let grown = model.corners(start).map(|p| {
         let out = p - start * model.center;
         p + out.normalize() * MARGIN
@@ -205,25 +237,17 @@ pub fn pixels_of(
     };
     let area = ((x1 - x0 + 1) * (y1 - y0 + 1)) as f64;
     let stride = (area / PIXELS).sqrt().ceil().max(1.0) as usize;
-    let others: Vec<usize> = (0..bodies.len()).filter(|j| *j != k).collect();
-    let mine = |pixel: &Pixel| {
-        let own = distance(model, start, pixel);
-        own.is_finite()
-            && others
-                .iter()
-                .all(|j| distance(&bodies[*j].model, &guesses[*j], pixel) > own)
-    };
     (y0..=y1)
         .step_by(stride)
         .flat_map(|y| (x0..=x1).step_by(stride).map(move |x| (x, y)))
         .filter_map(|(x, y)| picture.pixel(x, y))
-        .filter(|pixel| !foreign.on_table(pixel) && !foreign.on_tool(&pixel.point) && mine(pixel))
+        .filter(|pixel| !foreign.on_table(pixel) && mine(&pixel.point))
         .collect()
 }
 
-/// Distance of a pixel to the nearest point of a surface; infinite where that is far.
-pub fn distance(model: &Surfels, pose: &Isometry3<f64>, pixel: &Pixel) -> f64 {
-    let q = pose.inverse_transform_point(&pixel.point);
+/// Distance of a point of the world to the nearest point of a surface; infinite where that is far.
+fn distance(model: &Surfels, pose: &Isometry3<f64>, point: &Point3<f64>) -> f64 {
+    let q = pose.inverse_transform_point(point);
     model
         .nearest(&q)
         .map_or(f64::INFINITY, |i| (model.points[i] - q).norm())

@@ -1,6 +1,7 @@
 //! Bodies followed through images, and parts told apart by how they move.
 
 mod align;
+mod contour;
 mod cut;
 mod divide;
 mod follow;

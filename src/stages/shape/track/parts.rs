@@ -1,16 +1,17 @@
 //! Rigid parts of one thing told apart by how they move: motion segmentation of its surface.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::cut::Graph;
-use super::follow::{Followed, Run, follow_through};
+use super::follow::{Followed, Run, follow_through, stream};
 use super::foreign::Foreign;
 use super::picture::{Picture, Verdict};
 use super::surfels::{Surfels, smooth_normals};
 use crate::base::Result;
-use crate::capture::{Capture, Frames, Interaction, read_frame};
+use crate::capture::{Capture, Frames, Interaction, PoseStream, read_frame};
 use crate::geometry::{Mesh, UnionFind, number_sets, unique_edges};
 use crate::twin::SupportPlane;
 
@@ -25,6 +26,8 @@ const MOST_IMAGES: usize = 24;
 /// Cost of a border between neighbouring points of a smooth surface, and at a crease, in images' votes.
 const BORDER: f64 = 0.35;
 const CREASE: f64 = 0.06;
+/// What no image tells belongs to the part that moves less, by a cost so small that any image outvotes it.
+const DOUBT: f64 = 3e-4;
 /// Rounds of labels and motions.
 const ROUNDS: usize = 3;
 
@@ -36,16 +39,31 @@ pub struct Filmed<'a> {
     pub frames: &'a Frames,
 }
 
+/// All that was filmed, and how the bodies were followed through it.
+pub struct Filming<'a> {
+    /// With its cameras.
+    pub capture: &'a Capture,
+    /// The interactions with images.
+    pub films: &'a [Filmed<'a>],
+    /// What was followed.
+    pub bodies: &'a [Followed<'a>],
+    /// Fits by film, body and image.
+    pub runs: &'a [Vec<Run>],
+    /// The table.
+    pub support: Option<&'a SupportPlane>,
+}
+
 /// The surface of one thing as it was fused, vertex by vertex.
-struct Surface {
+struct Surface<'a> {
+    mesh: &'a Mesh,
     points: Vec<Point3<f64>>,
     normals: Vec<Vector3<f64>>,
     seen: Vec<bool>,
     ties: Vec<(u32, u32, f64)>,
 }
 
-impl Surface {
-    fn new(mesh: &Mesh) -> Self {
+impl<'a> Surface<'a> {
+    fn new(mesh: &'a Mesh) -> Self {
         let normals = smooth_normals(mesh);
         let tie = |(a, b): (u32, u32)| {
             let smooth = normals[a as usize].dot(&normals[b as usize]).clamp(0.0, 1.0);
@@ -57,6 +75,7 @@ impl Surface {
         };
         Self {
             ties: unique_edges(mesh).into_iter().map(tie).collect(),
+            mesh,
             points: mesh.vertices.clone(),
             seen: if mesh.seen.is_empty() {
                 vec![true; mesh.vertices.len()]
@@ -92,6 +111,8 @@ impl Surface {
         Surfels::new(
             kept.iter().map(|i| self.points[*i]).collect(),
             kept.iter().map(|i| self.normals[*i]).collect(),
+            self.mesh
+                .subset(|t| self.mesh.triangles[t].iter().all(|v| labels[*v as usize] == which)),
         )
     }
 
@@ -121,18 +142,12 @@ impl Surface {
 ///
 /// # Errors
 /// An image that cannot be read.
-pub fn two_parts(
-    capture: &Capture,
-    films: &[Filmed],
-    (bodies, runs): (&[Followed], &[Vec<Run>]),
-    (which, mesh): (usize, &Mesh),
-    support: Option<&SupportPlane>,
-) -> Result<Option<Vec<bool>>> {
+pub fn two_parts(scene: &Filming, which: usize, mesh: &Mesh) -> Result<Option<Vec<bool>>> {
     let surface = Surface::new(mesh);
     let mut seed: Option<Vec<bool>> = None;
-    for (film, run) in films.iter().zip(runs) {
-        let home = bodies[which].home;
-        let found = strays(capture, film, &surface, (&run[which], home), support)?;
+    for (film, run) in scene.films.iter().zip(scene.runs) {
+        let home = scene.bodies[which].home;
+        let found = strays(scene, film, &surface, (&run[which], home))?;
         let larger = |a: &Vec<bool>, b: &Vec<bool>| count(a) > count(b);
         if let Some(found) = found
             && seed.as_ref().is_none_or(|s| larger(&found, s))
@@ -146,19 +161,37 @@ pub fn two_parts(
         let (Some(still), Some(moving)) = (surface.part(&labels, false), surface.part(&labels, true)) else {
             return Ok(None);
         };
-        let parts = [still, moving];
+        let parts = [Arc::new(still), Arc::new(moving)];
         let mut votes = vec![[0.0; 2]; surface.points.len()];
         motion = 0.0;
-        for film in films {
-            let tracks = follow_parts(capture, film, bodies, which, &parts, support)?;
-            motion = vote(capture, film, &surface, &tracks, support, &mut votes)?.max(motion);
+        let mut strayed = [0.0; 2];
+        for (k, film) in scene.films.iter().enumerate() {
+            let tracks = follow_parts(scene, k, which, &parts)?;
+            motion = vote(scene, film, &surface, &tracks, &mut votes)?.max(motion);
+            for (sum, run) in strayed.iter_mut().zip(&tracks) {
+                *sum += way(run, &scene.bodies[which].home, &surface);
+            }
         }
+        let restless = usize::from(strayed[1] > strayed[0]);
+        votes.iter_mut().for_each(|v| v[restless] += DOUBT);
         labels = Graph::divide(&votes, &surface.ties);
+        if restless == 0 {
+            labels.iter_mut().for_each(|l| *l = !*l);
+        }
         if !enough(&labels, &surface) {
             return Ok(None);
         }
     }
     Ok((motion > LEAST_MOTION).then_some(labels))
+}
+
+/// How far a part goes from where it was, summed over the images, m.
+fn way(run: &Run, home: &Isometry3<f64>, surface: &Surface) -> f64 {
+    let off = |pose: &Isometry3<f64>| {
+        let points = surface.points.iter().step_by(64);
+        points.map(|p| (pose * p - home * p).norm()).fold(0.0, f64::max)
+    };
+    run.iter().flatten().map(|fit| off(&fit.pose)).sum()
 }
 
 fn count(marked: &[bool]) -> usize {
@@ -179,11 +212,10 @@ fn enough(labels: &[bool], surface: &Surface) -> bool {
 /// The largest piece of the surface that was where it should be in the first image and is not any more in most of the
 /// images in which the disagreement is large.
 fn strays(
-    capture: &Capture,
+    scene: &Filming,
     film: &Filmed,
     surface: &Surface,
     (run, home): (&Run, Isometry3<f64>),
-    support: Option<&SupportPlane>,
 ) -> Result<Option<Vec<bool>>> {
     let mut at_first: Option<Vec<bool>> = None;
     let mut wrong: Vec<Vec<bool>> = Vec::new();
@@ -195,7 +227,7 @@ fn strays(
         if i > 0 && i % run.len().div_ceil(MOST_IMAGES) != 0 {
             continue;
         }
-        let judged = judged_in(capture, film, i, surface, &last, support)?;
+        let judged = judged_in(scene, film, i, surface, &last)?;
         match &at_first {
             None => at_first = Some(judged.iter().map(|v| *v == Verdict::There).collect()),
             Some(first) => wrong.push(
@@ -220,54 +252,58 @@ fn strays(
 }
 
 fn judged_in(
-    capture: &Capture,
+    scene: &Filming,
     film: &Filmed,
     i: usize,
     surface: &Surface,
     pose: &Isometry3<f64>,
-    support: Option<&SupportPlane>,
 ) -> Result<Vec<Verdict>> {
-    let (image, _) = read_frame(capture, film.frames, i)?;
+    let (image, _) = read_frame(scene.capture, film.frames, i)?;
     let Some(camera) = film.frames.pose(i) else {
         return Ok(vec![Verdict::Unknown; surface.points.len()]);
     };
-    let picture = Picture::new(&capture.cameras[film.frames.camera], &image, camera.0);
-    let foreign = Foreign::at(film.interaction, support, film.frames.time[i]);
+    let picture = Picture::new(&scene.capture.cameras[film.frames.camera], &image, camera.0);
+    let foreign = Foreign::at(film.interaction, scene.support, film.frames.time[i]);
     Ok(surface.judged(&picture, &foreign, pose))
 }
 
-/// Follows the two parts from where they were one, beside the other bodies where those are at rest.
-fn follow_parts(
-    capture: &Capture,
-    film: &Filmed,
-    bodies: &[Followed],
-    which: usize,
-    parts: &[Surfels; 2],
-    support: Option<&SupportPlane>,
-) -> Result<[Run; 2]> {
-    let home = bodies[which].home;
-    let pair: Vec<Followed> = parts
+/// Follows the two parts through film `k` from where they were one, beside the other bodies where those were found.
+fn follow_parts(scene: &Filming, k: usize, which: usize, parts: &[Arc<Surfels>; 2]) -> Result<[Run; 2]> {
+    let film = &scene.films[k];
+    let others: Vec<usize> = (0..scene.bodies.len()).filter(|j| *j != which).collect();
+    let streams: Vec<PoseStream> = others
         .iter()
-        .map(|model| Followed {
-            name: bodies[which].name.clone(),
-            model: model.clone(),
-            home,
-            track: None,
-        })
+        .map(|j| stream(&film.frames.time, &scene.runs[k][*j]))
         .collect();
-    let mut runs = follow_through(capture, film.interaction, film.frames, &pair, &[home; 2], support)?.into_iter();
+    let home = scene.bodies[which].home;
+    let part = |model: &Arc<Surfels>| Followed {
+        name: scene.bodies[which].name.clone(),
+        model: model.clone(),
+        home,
+        track: None,
+    };
+    let beside = others.iter().zip(&streams).map(|(j, stream)| Followed {
+        name: scene.bodies[*j].name.clone(),
+        model: scene.bodies[*j].model.clone(),
+        home: scene.bodies[*j].home,
+        track: scene.bodies[*j].track.or(Some(stream)),
+    });
+    let all: Vec<Followed> = parts.iter().map(part).chain(beside).collect();
+    let starts: Vec<Isometry3<f64>> = all.iter().map(|b| b.home).collect();
+    let runs = follow_through(
+        scene.capture,
+        film.interaction,
+        film.frames,
+        &all,
+        &starts,
+        scene.support,
+    )?;
+    let mut runs = runs.into_iter();
     Ok([runs.next().unwrap_or_default(), runs.next().unwrap_or_default()])
 }
 
 /// Adds what the images of one interaction say for either motion of each vertex; gives how far the motions part, m.
-fn vote(
-    capture: &Capture,
-    film: &Filmed,
-    surface: &Surface,
-    tracks: &[Run; 2],
-    support: Option<&SupportPlane>,
-    votes: &mut [[f64; 2]],
-) -> Result<f64> {
+fn vote(scene: &Filming, film: &Filmed, surface: &Surface, tracks: &[Run; 2], votes: &mut [[f64; 2]]) -> Result<f64> {
     let both: Vec<(usize, [Isometry3<f64>; 2])> = (0..tracks[0].len())
         .filter_map(|i| Some((i, [tracks[0][i].as_ref()?.pose, tracks[1][i].as_ref()?.pose])))
         .collect();
@@ -284,8 +320,8 @@ fn vote(
     let farthest = moved.iter().map(|(_, poses)| extent(poses)).fold(0.0, f64::max);
     for (i, poses) in moved.iter().step_by(moved.len().div_ceil(MOST_IMAGES).max(1)) {
         let judged = [
-            judged_in(capture, film, *i, surface, &poses[0], support)?,
-            judged_in(capture, film, *i, surface, &poses[1], support)?,
+            judged_in(scene, film, *i, surface, &poses[0])?,
+            judged_in(scene, film, *i, surface, &poses[1])?,
         ];
         for (v, vote) in votes.iter_mut().enumerate() {
             if apart(poses, &surface.points[v]) > 0.002 {
@@ -297,13 +333,12 @@ fn vote(
     Ok(farthest)
 }
 
-/// What it costs to believe in a motion under which an image judges a point so. That something else hides the point
-/// is a weaker excuse than that it cannot be seen.
+/// What it costs to believe in a motion under which an image judges a point so. A point that cannot be seen is no
+/// evidence against a motion, whatever hides it.
 fn cost(verdict: Verdict) -> f64 {
     0.15 * match verdict {
         Verdict::There => 0.0,
         Verdict::Through => 1.0,
-        Verdict::Hidden => 0.4,
-        Verdict::Unknown => 0.25,
+        Verdict::Hidden | Verdict::Unknown => 0.25,
     }
 }

@@ -24,6 +24,8 @@ pub struct Surfels {
     pub center: Point3<f64>,
     /// Root mean square distance from the middle, m.
     pub radius: f64,
+    /// The surface as triangles, with what was concluded rather than seen.
+    pub skin: Mesh,
     low: Point3<f64>,
     cell: f64,
     size: [usize; 3],
@@ -31,8 +33,8 @@ pub struct Surfels {
 }
 
 impl Surfels {
-    /// Of given points; nothing without any.
-    pub fn new(points: Vec<Point3<f64>>, normals: Vec<Vector3<f64>>) -> Option<Self> {
+    /// Of given points on a skin; nothing without any.
+    pub fn new(points: Vec<Point3<f64>>, normals: Vec<Vector3<f64>>, skin: Mesh) -> Option<Self> {
         let first = *points.first()?;
         let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
         let center = Point3::from(points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64);
@@ -46,6 +48,7 @@ impl Surfels {
             normals,
             center,
             radius: spread.sqrt().max(1e-3),
+            skin,
             low,
             cell,
             size,
@@ -64,6 +67,7 @@ impl Surfels {
         Self::new(
             kept.iter().map(|v| fine.vertices[*v]).collect(),
             kept.iter().map(|v| normals[*v]).collect(),
+            mesh.clone(),
         )
     }
 

@@ -2,13 +2,14 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3};
 
 use super::super::{Config, ShapedObject, Shapes};
 use super::divide::divide;
-use super::follow::{Followed, Run, follow_through};
-use super::parts::{Filmed, two_parts};
+use super::follow::{Followed, Run, follow_through, stream};
+use super::parts::{Filmed, Filming, two_parts};
 use super::surfels::Surfels;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::{Capture, Kind, PoseStream};
@@ -74,13 +75,14 @@ pub fn follow<'a>(
             if capture.prior(&object.name).is_some_and(|p| p.mesh.is_some()) {
                 continue;
             }
-            let labels = two_parts(
+            let scene = Filming {
                 capture,
-                &films,
-                (&bodies, &runs),
-                (which, &object.mesh),
-                shapes.support.as_ref(),
-            )?;
+                films: &films,
+                bodies: &bodies,
+                runs: &runs,
+                support: shapes.support.as_ref(),
+            };
+            let labels = two_parts(&scene, which, &object.mesh)?;
             let Some(labels) = labels else { continue };
             match divide(&object.mesh, &labels, config.voxel) {
                 Some(parts) => found.push((object.name.clone(), parts)),
@@ -139,7 +141,7 @@ fn bodies<'a>(_capture: &'a Capture, shapes: &Shapes, films: &[Filmed<'a>]) -> V
         .filter_map(|object| {
             Some(Followed {
                 name: object.name.clone(),
-                model: Surfels::of_mesh(&object.mesh)?,
+                model: Arc::new(Surfels::of_mesh(&object.mesh)?),
                 home: object.world_from_link.0,
                 track: track(&object.name),
             })
@@ -206,20 +208,12 @@ fn tracks(films: &[Filmed], bodies: &[Followed], runs: &[Vec<Run>], notices: &mu
 }
 
 fn track_of(interaction: &str, body: &str, time: &[f64], run: &Run) -> VisualTrack {
-    let missing = Point3::new(f64::NAN, f64::NAN, f64::NAN);
     let mut unseen: Vec<usize> = run.iter().flatten().map(|f| f.unseen).collect();
     unseen.sort_unstable();
     VisualTrack {
         interaction: interaction.into(),
         body: body.into(),
-        track: PoseStream {
-            time: time.to_vec(),
-            position: run
-                .iter()
-                .map(|f| f.as_ref().map_or(missing, |f| f.pose.translation.vector.into()))
-                .collect(),
-            rotation: run.iter().map(|f| f.as_ref().map(|f| f.pose.rotation)).collect(),
-        },
+        track: stream(time, run),
         covariance: run.iter().map(|f| f.as_ref().map(|f| f.covariance)).collect(),
         unseen: unseen.get(unseen.len() / 2).copied().unwrap_or(0),
     }

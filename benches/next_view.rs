@@ -36,7 +36,10 @@ fn scene(seed: u64) -> Scene {
     let count = rng.random_range(5..=7);
     while taken.len() < count {
         let i = taken.len();
-        let (half, height): (f64, f64) = (rng.random_range(0.02..0.05), rng.random_range(0.03..0.16));
+        // To the tenth of a millimetre that the text below states, so that things stand on the table.
+        let tenth = |x: f64| (x * 1e4).round() / 1e4;
+        let half = tenth(rng.random_range(0.02..0.05));
+        let height = tenth(rng.random_range(0.03..0.16));
         let (shape, radius, z) = match rng.random_range(0..5) {
             0 | 1 => {
                 let wide = half * rng.random_range(0.5..1.0);

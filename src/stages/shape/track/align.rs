@@ -43,6 +43,15 @@ pub struct Fit {
     pub matched: usize,
 }
 
+impl Fit {
+    /// Points that are there less those that the camera saw through: a surface that slides along itself, with a face
+    /// that moves, matches its neighbours' readings but reaches into free space.
+    pub fn score(&self) -> f64 {
+        let through = self.matched as f64 * (1.0 / self.support.max(1e-3) - 1.0);
+        self.matched as f64 - through
+    }
+}
+
 /// Sums of a weighted least squares problem in the six small motions about the middle of the body.
 struct Normal {
     information: Matrix6<f64>,

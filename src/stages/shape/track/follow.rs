@@ -44,6 +44,8 @@ pub type Run = Vec<Option<Fit>>;
 struct Memory {
     last: Isometry3<f64>,
     before: Option<Isometry3<f64>>,
+    /// Where it stood at first. Friction holds what is not pushed, so that it is most often still there.
+    rest: Isometry3<f64>,
     /// Judged points that were there when it was first found.
     usual: Option<usize>,
     lost: bool,
@@ -96,6 +98,7 @@ impl Memory {
         Self {
             last: start,
             before: None,
+            rest: start,
             usual: None,
             lost: false,
         }
@@ -160,11 +163,12 @@ fn find(
             continue;
         };
         let enough = fit.matched >= LEAST_MATCHED.max((LEAST_LEFT * memory.usual.unwrap_or(0) as f64) as usize);
-        let better = best.as_ref().is_none_or(|b| fit.support > b.support + 0.02);
+        let better = best.as_ref().is_none_or(|b| fit.score() > b.score() + 0.02 * b.matched as f64);
         if enough && fit.support >= LEAST_SUPPORT && better {
             best = Some(fit);
         }
-        if best.as_ref().is_some_and(|b| b.support > 0.85) {
+        let usual = memory.usual.unwrap_or(0) as f64;
+        if best.as_ref().is_some_and(|b| b.support > 0.98 && b.matched as f64 > 0.95 * usual) {
             break;
         }
     }
@@ -172,11 +176,14 @@ fn find(
     best
 }
 
-/// Places to start from: the guess, the last place, and around it once the body was lost.
+/// Places to start from: the guess, the last place, the first, and around the last once the body was lost.
 fn starts(guess: &Isometry3<f64>, memory: &Memory) -> Vec<Isometry3<f64>> {
     let mut out = vec![*guess];
     if memory.before.is_some() {
         out.push(memory.last);
+    }
+    if memory.last != memory.rest {
+        out.push(memory.rest);
     }
     if memory.lost {
         for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {

@@ -28,6 +28,10 @@ const BORDER: f64 = 0.35;
 const CREASE: f64 = 0.06;
 /// What no image tells belongs to the part that moves less, by a cost so small that any image outvotes it.
 const DOUBT: f64 = 3e-4;
+/// Cosine from which a surface counts as seen from behind.
+const BEHIND: f64 = 0.3;
+/// The least thickness that is taken for granted below a surface, m.
+const THICKNESS: f64 = 0.002;
 /// Rounds of labels and motions.
 const ROUNDS: usize = 3;
 
@@ -93,7 +97,12 @@ impl<'a> Surface<'a> {
                 return Verdict::Unknown;
             }
             let (p, n) = (pose * self.points[i], pose.rotation * self.normals[i]);
-            if -(p - picture.eye()).normalize().dot(&n) < 0.2 {
+            let facing = -(p - picture.eye()).normalize().dot(&n);
+            if facing < -BEHIND {
+                // From behind a surface cannot be seen, but its thickness cannot be seen through either.
+                return picture.seen_through(&(p - n * THICKNESS), 0.003);
+            }
+            if facing < 0.2 {
                 return Verdict::Unknown;
             }
             match picture.judge(&p, &n, 0.0012) {

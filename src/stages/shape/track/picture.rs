@@ -155,6 +155,17 @@ impl<'a> Picture<'a> {
         Some(self.eye() + (p - self.eye()) * (seen / z))
     }
 
+    /// Whether the camera saw through a point of a solid; nothing else is told by it. `tolerance` along the ray, m.
+    pub fn seen_through(&self, p: &Point3<f64>, tolerance: f64) -> Verdict {
+        let reading = self
+            .place(p)
+            .and_then(|(u, v, z)| Some(self.depth(u.round() as i64, v.round() as i64)? > z + tolerance + 3.0 * self.sd(z)));
+        match reading {
+            Some(true) => Verdict::Through,
+            _ => Verdict::Unknown,
+        }
+    }
+
     /// Whether the surface point `p` that faces `normal` (unit, world) is there; `tolerance` along the normal, m.
     pub fn judge(&self, p: &Point3<f64>, normal: &Vector3<f64>, tolerance: f64) -> Verdict {
         let Some((u, v, z)) = self.place(p) else {

@@ -41,6 +41,7 @@ fn a_pushed_box_is_followed_within_a_millimetre() {
     let errors = Errors::of(
         &followed.tracks[0],
         &made.truth[&("push".into(), "box".into())],
+        &made.home["box"],
         &shapes.objects[0].world_from_link.0,
     );
     let (mm, degrees) = errors.rms();

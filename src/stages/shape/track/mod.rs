@@ -6,6 +6,7 @@ mod cut;
 mod divide;
 mod follow;
 mod foreign;
+mod parting;
 mod parts;
 mod picture;
 mod surfels;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::cut::Graph;
+use super::parting::plane_between;
 use super::follow::{Followed, Run, follow_through, stream};
 use super::foreign::Foreign;
 use super::picture::{Picture, Verdict};
@@ -28,6 +29,10 @@ const BORDER: f64 = 0.35;
 const CREASE: f64 = 0.06;
 /// What no image tells belongs to the part that moves less, by a cost so small that any image outvotes it.
 const DOUBT: f64 = 3e-4;
+/// Where a plane parts what is known it goes on through what is not, at this cost; and the lead in votes from which a
+/// point is known.
+const PLANE: f64 = 0.02;
+const KNOWN: f64 = 0.3;
 /// Cosine from which a surface counts as seen from behind.
 const BEHIND: f64 = 0.3;
 /// The least thickness that is taken for granted below a surface, m.
@@ -69,8 +74,12 @@ struct Surface<'a> {
 impl<'a> Surface<'a> {
     fn new(mesh: &'a Mesh) -> Self {
         let normals = smooth_normals(mesh);
+        // Parts meet where the surface is hollow (the minima rule of Hoffman and Richards 1984), not at outer edges.
         let tie = |(a, b): (u32, u32)| {
-            let smooth = normals[a as usize].dot(&normals[b as usize]).clamp(0.0, 1.0);
+            let (na, nb) = (normals[a as usize], normals[b as usize]);
+            let way = mesh.vertices[b as usize] - mesh.vertices[a as usize];
+            let hollow = (nb - na).dot(&way) < 0.0;
+            let smooth = if hollow { na.dot(&nb).clamp(0.0, 1.0) } else { 1.0 };
             (
                 a,
                 b,
@@ -113,15 +122,23 @@ impl<'a> Surface<'a> {
         (0..self.points.len()).map(judge).collect()
     }
 
+    /// The surface with one label. Where it is cut from the other it has an edge, but no outline that an image could
+    /// show before the cut is sure: there it is not counted as seen.
     fn part(&self, labels: &[bool], which: bool) -> Option<Surfels> {
         let kept: Vec<usize> = (0..labels.len())
             .filter(|i| labels[*i] == which && self.seen[*i])
             .collect();
+        let mut skin = self.mesh.clone();
+        skin.seen = self.seen.clone();
+        for (a, b) in self.ties.iter().map(|(a, b, _)| (*a as usize, *b as usize)) {
+            if labels[a] != labels[b] {
+                (skin.seen[a], skin.seen[b]) = (false, false);
+            }
+        }
         Surfels::new(
             kept.iter().map(|i| self.points[*i]).collect(),
             kept.iter().map(|i| self.normals[*i]).collect(),
-            self.mesh
-                .subset(|t| self.mesh.triangles[t].iter().all(|v| labels[*v as usize] == which)),
+            skin.subset(|t| skin.triangles[t].iter().all(|v| labels[*v as usize] == which)),
         )
     }
 
@@ -182,7 +199,7 @@ pub fn two_parts(scene: &Filming, which: usize, mesh: &Mesh) -> Result<Option<Ve
             }
         }
         let restless = usize::from(strayed[1] > strayed[0]);
-        votes.iter_mut().for_each(|v| v[restless] += DOUBT);
+        doubt(&surface, &mut votes, restless);
         labels = Graph::divide(&votes, &surface.ties);
         if restless == 0 {
             labels.iter_mut().for_each(|l| *l = !*l);
@@ -192,6 +209,24 @@ pub fn two_parts(scene: &Filming, which: usize, mesh: &Mesh) -> Result<Option<Ve
         }
     }
     Ok((motion > LEAST_MOTION).then_some(labels))
+}
+
+/// Gives what no image tells to a side: that of the plane which parts what is known, else that of what moves less.
+fn doubt(surface: &Surface, votes: &mut [[f64; 2]], restless: usize) {
+    let lead = |v: &[f64; 2]| v[1 - restless] - v[restless];
+    let known = |i: usize| surface.seen[i] && lead(&votes[i]).abs() > KNOWN;
+    let evidence: Vec<f64> = (0..votes.len())
+        .map(|i| if known(i) { lead(&votes[i]) } else { 0.0 })
+        .collect();
+    let sides = plane_between(&surface.points, &evidence);
+    for (i, vote) in votes.iter_mut().enumerate() {
+        vote[restless] += DOUBT;
+        if let Some(moves) = sides.as_ref().map(|s| s[i])
+            && evidence[i] == 0.0
+        {
+            vote[if moves { 1 - restless } else { restless }] += PLANE;
+        }
+    }
 }
 
 /// How far a part goes from where it was, summed over the images, m.
@@ -227,7 +262,7 @@ fn strays(
     (run, home): (&Run, Isometry3<f64>),
 ) -> Result<Option<Vec<bool>>> {
     let mut at_first: Option<Vec<bool>> = None;
-    let mut wrong: Vec<Vec<bool>> = Vec::new();
+    let mut later: Vec<Vec<Verdict>> = Vec::new();
     let mut last = home;
     for (i, fit) in run.iter().enumerate() {
         if let Some(fit) = fit {
@@ -239,22 +274,31 @@ fn strays(
         let judged = judged_in(scene, film, i, surface, &last)?;
         match &at_first {
             None => at_first = Some(judged.iter().map(|v| *v == Verdict::There).collect()),
-            Some(first) => wrong.push(
-                judged
-                    .iter()
-                    .zip(first)
-                    .map(|(v, first)| *first && matches!(v, Verdict::Through | Verdict::Hidden))
-                    .collect(),
-            ),
+            Some(_) => later.push(judged),
         }
     }
-    let most = wrong.iter().map(|w| count(w)).max().unwrap_or(0);
-    let first = at_first.as_ref().map_or(0, |f| count(f));
-    if most < LEAST_POINTS.max((LEAST_SHARE * first as f64) as usize) {
+    let first = at_first.unwrap_or_default();
+    let gone = |judged: &[Verdict], i: usize| first[i] && matches!(judged[i], Verdict::Through | Verdict::Hidden);
+    let wrong: Vec<usize> = later
+        .iter()
+        .map(|judged| (0..judged.len()).filter(|i| gone(judged, *i)).count())
+        .collect();
+    let most = wrong.iter().copied().max().unwrap_or(0);
+    if most < LEAST_POINTS.max((LEAST_SHARE * count(&first) as f64) as usize) {
         return Ok(None);
     }
-    let late: Vec<&Vec<bool>> = wrong.iter().filter(|w| 10 * count(w) >= 7 * most).collect();
-    let persistent = |i: usize| 10 * late.iter().filter(|w| w[i]).count() >= 6 * late.len();
+    let late: Vec<&Vec<Verdict>> = later
+        .iter()
+        .zip(&wrong)
+        .filter(|(_, w)| 2 * **w >= most)
+        .map(|(judged, _)| judged)
+        .collect();
+    // What is only hidden by the part that moves is still there before that comes in its way.
+    let persistent = |i: usize| {
+        let left = late.iter().filter(|judged| gone(judged, i)).count();
+        let stayed = late.iter().filter(|judged| judged[i] == Verdict::There).count();
+        2 * left >= late.len() && 10 * stayed <= late.len()
+    };
     let marked: Vec<bool> = (0..surface.points.len()).map(persistent).collect();
     let largest = surface.largest(&marked);
     Ok((count(&largest) >= LEAST_POINTS / 2).then_some(largest))
@@ -334,20 +378,24 @@ fn vote(scene: &Filming, film: &Filmed, surface: &Surface, tracks: &[Run; 2], vo
         ];
         for (v, vote) in votes.iter_mut().enumerate() {
             if apart(poses, &surface.points[v]) > 0.002 {
-                vote[0] += cost(judged[0][v]);
-                vote[1] += cost(judged[1][v]);
+                let [still, moved] = costs(judged[0][v], judged[1][v]);
+                vote[0] += still;
+                vote[1] += moved;
             }
         }
     }
     Ok(farthest)
 }
 
-/// What it costs to believe in a motion under which an image judges a point so. A point that cannot be seen is no
-/// evidence against a motion, whatever hides it.
-fn cost(verdict: Verdict) -> f64 {
-    0.15 * match verdict {
+/// What it costs to believe in either motion of a point where an image judges it so under the first and the second. A
+/// point that cannot be seen is no evidence against a motion, whatever hides it.
+fn costs(first: Verdict, second: Verdict) -> [f64; 2] {
+    let cost = |verdict: Verdict, other: Verdict| match verdict {
         Verdict::There => 0.0,
-        Verdict::Through => 1.0,
-        Verdict::Hidden | Verdict::Unknown => 0.25,
-    }
+        Verdict::Through => 0.15,
+        // That something is where the point would be if it moved otherwise may be another part's doing.
+        Verdict::Hidden | Verdict::Unknown if other == Verdict::There => 0.02,
+        Verdict::Hidden | Verdict::Unknown => 0.0375,
+    };
+    [cost(first, second), cost(second, first)]
 }

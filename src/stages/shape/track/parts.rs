@@ -13,7 +13,7 @@ use super::picture::{Picture, Verdict};
 use super::surfels::{Surfels, smooth_normals};
 use crate::base::Result;
 use crate::capture::{Capture, Frames, Interaction, PoseStream, read_frame};
-use crate::geometry::{Mesh, UnionFind, number_sets, unique_edges};
+use crate::geometry::{Mesh, UnionFind, number_sets};
 use crate::twin::SupportPlane;
 
 /// A thing is taken apart where more of its surface than this share, and than so many points, is not where one rigid
@@ -25,13 +25,13 @@ const LEAST_MOTION: f64 = 0.005;
 /// Images of one interaction that are asked.
 const MOST_IMAGES: usize = 24;
 /// Cost of a border between neighbouring points of a smooth surface, and at a crease, in images' votes.
-const BORDER: f64 = 0.35;
-const CREASE: f64 = 0.06;
+const BORDER: f64 = 0.7;
+const CREASE: f64 = 0.12;
 /// What no image tells belongs to the part that moves less, by a cost so small that any image outvotes it.
 const DOUBT: f64 = 3e-4;
 /// Where a plane parts what is known it goes on through what is not, at this cost; and the lead in votes from which a
 /// point is known.
-const PLANE: f64 = 0.02;
+const PLANE: f64 = 0.05;
 const KNOWN: f64 = 0.3;
 /// Cosine from which a surface counts as seen from behind.
 const BEHIND: f64 = 0.3;
@@ -67,6 +67,8 @@ struct Surface<'a> {
     mesh: &'a Mesh,
     points: Vec<Point3<f64>>,
     normals: Vec<Vector3<f64>>,
+    /// Area of each vertex over the mean.
+    shares: Vec<f64>,
     seen: Vec<bool>,
     ties: Vec<(u32, u32, f64)>,
 }
@@ -74,22 +76,22 @@ struct Surface<'a> {
 impl<'a> Surface<'a> {
     fn new(mesh: &'a Mesh) -> Self {
         let normals = smooth_normals(mesh);
+        let (areas, borders) = measured(mesh);
+        let edge = (areas.iter().sum::<f64>() / areas.len().max(1) as f64).sqrt().max(1e-9);
         // Parts meet where the surface is hollow (the minima rule of Hoffman and Richards 1984), not at outer edges.
-        let tie = |(a, b): (u32, u32)| {
-            let (na, nb) = (normals[a as usize], normals[b as usize]);
-            let way = mesh.vertices[b as usize] - mesh.vertices[a as usize];
+        let tie = |((a, b), length): (&(u32, u32), &f64)| {
+            let (na, nb) = (normals[*a as usize], normals[*b as usize]);
+            let way = mesh.vertices[*b as usize] - mesh.vertices[*a as usize];
             let hollow = (nb - na).dot(&way) < 0.0;
             let smooth = if hollow { na.dot(&nb).clamp(0.0, 1.0) } else { 1.0 };
-            (
-                a,
-                b,
-                CREASE + (BORDER - CREASE) * ((smooth - 0.8) / 0.2).clamp(0.0, 1.0),
-            )
+            let cost = CREASE + (BORDER - CREASE) * ((smooth - 0.8) / 0.2).clamp(0.0, 1.0);
+            (*a, *b, cost * length / edge)
         };
         Self {
-            ties: unique_edges(mesh).into_iter().map(tie).collect(),
+            ties: borders.iter().map(tie).collect(),
             mesh,
             points: mesh.vertices.clone(),
+            shares: areas.iter().map(|a| a / (edge * edge)).collect(),
             seen: if mesh.seen.is_empty() {
                 vec![true; mesh.vertices.len()]
             } else {
@@ -109,12 +111,16 @@ impl<'a> Surface<'a> {
             let facing = -(p - picture.eye()).normalize().dot(&n);
             if facing < -BEHIND {
                 // From behind a surface cannot be seen, but its thickness cannot be seen through either.
-                return picture.seen_through(&(p - n * THICKNESS), 0.003);
+                let inside = p - n * THICKNESS;
+                let through = picture.clear_behind(&inside);
+                return if through { Verdict::Through } else { Verdict::Unknown };
             }
             if facing < 0.2 {
                 return Verdict::Unknown;
             }
             match picture.judge(&p, &n, 0.0012) {
+                // Beside an outline a pixel shows what is behind as soon as a pose is off by as much.
+                Verdict::Through if !picture.clear_behind(&p) => Verdict::Unknown,
                 Verdict::Hidden if picture.reading(&p).is_some_and(|r| foreign.on_tool(&r)) => Verdict::Unknown,
                 verdict => verdict,
             }
@@ -163,6 +169,25 @@ impl<'a> Surface<'a> {
     }
 }
 
+/// The area around each vertex, and the length of the border between the areas of every two neighbours, so that a cut
+/// costs what it is long, however the mesh is cut into triangles (Boykov and Kolmogorov 2003).
+fn measured(mesh: &Mesh) -> (Vec<f64>, BTreeMap<(u32, u32), f64>) {
+    let mut areas = vec![0.0; mesh.vertices.len()];
+    let mut borders: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let corners = mesh.corners(t);
+        let middle = Point3::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
+        let third = mesh.scaled_normal(t).norm() / 6.0;
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            areas[a as usize] += third;
+            let length = (middle - nalgebra::center(&corners[k], &corners[(k + 1) % 3])).norm();
+            *borders.entry((a.min(b), a.max(b))).or_default() += length;
+        }
+    }
+    (areas, borders)
+}
+
 /// Tells the two parts of body `which` apart; nothing where one rigid body explains all. The labels are of the mesh's
 /// vertices, `true` for the part that moves more.
 ///
@@ -200,6 +225,9 @@ pub fn two_parts(scene: &Filming, which: usize, mesh: &Mesh) -> Result<Option<Ve
         }
         let restless = usize::from(strayed[1] > strayed[0]);
         doubt(&surface, &mut votes, restless);
+        for (vote, share) in votes.iter_mut().zip(&surface.shares) {
+            vote.iter_mut().for_each(|v| *v *= share);
+        }
         labels = Graph::divide(&votes, &surface.ties);
         if restless == 0 {
             labels.iter_mut().for_each(|l| *l = !*l);

@@ -155,15 +155,12 @@ impl<'a> Picture<'a> {
         Some(self.eye() + (p - self.eye()) * (seen / z))
     }
 
-    /// Whether the camera saw through a point of a solid; nothing else is told by it. `tolerance` along the ray, m.
-    pub fn seen_through(&self, p: &Point3<f64>, tolerance: f64) -> Verdict {
-        let reading = self
-            .place(p)
-            .and_then(|(u, v, z)| Some(self.depth(u.round() as i64, v.round() as i64)? > z + tolerance + 3.0 * self.sd(z)));
-        match reading {
-            Some(true) => Verdict::Through,
-            _ => Verdict::Unknown,
-        }
+    /// Whether the camera saw past a point: the pixel that shows it, and its eight neighbours, read well behind.
+    pub fn clear_behind(&self, p: &Point3<f64>) -> bool {
+        let Some((u, v, z)) = self.place(p) else { return false };
+        let (x, y) = (u.round() as i64, v.round() as i64);
+        let limit = z + 0.003 + 3.0 * self.sd(z);
+        (-1..=1).all(|dy| (-1..=1).all(|dx| self.depth(x + dx, y + dy).is_some_and(|seen| seen > limit)))
     }
 
     /// Whether the surface point `p` that faces `normal` (unit, world) is there; `tolerance` along the normal, m.

@@ -23,8 +23,10 @@ const UNSEEN_SD: f64 = 0.05;
 const LEAST_PIXELS: usize = 40;
 /// Neighbouring residuals err together: patches of this edge count as one, m.
 const PATCH: f64 = 0.010;
-/// Error of a fused surface that a whole face, or a side of the outline, shares, m.
-const SHAPE_SD: f64 = 1.0e-4;
+/// Error of a fused surface that a whole face shares, m.
+const SHAPE_SD: f64 = 2.0e-4;
+/// Error that a side of the outline shares, over that of one place of it: pixels cut a straight edge all alike.
+const EDGE_SHARED: f64 = 0.8;
 /// Directions that are told apart as faces, per unit of the normal.
 const FACES: f64 = 1.5;
 
@@ -67,6 +69,10 @@ struct Match {
     /// m.
     residual: f64,
     weight: f64,
+    /// Standard deviation of what it errs by together with its face or side, m.
+    shared: f64,
+    /// Whether it is of the outline.
+    rim: bool,
     /// Body frame.
     place: Point3<f64>,
 }
@@ -81,6 +87,8 @@ impl Match {
             slope: Vector6::new(n.x, n.y, n.z, lever.x, lever.y, lever.z),
             residual,
             weight: robust * robust / (sd * sd),
+            shared: SHAPE_SD,
+            rim: false,
             place: *q,
         }
     }
@@ -101,7 +109,11 @@ fn matched(pixel: &Pixel, model: &Surfels, pose: &Isometry3<f64>, band: f64) -> 
 fn outlined(rim: &Rim, model: &Surfels, pose: &Isometry3<f64>, band: f64) -> Option<Match> {
     let r = rim.normal.dot(&(rim.target - pose * rim.on_body));
     let n = pose.rotation.inverse_transform_vector(&rim.normal);
-    (r.abs() < band).then(|| Match::new(model, (&rim.on_body, &n), r, rim.sd, band))
+    (r.abs() < band).then(|| Match {
+        shared: EDGE_SHARED * rim.sd,
+        rim: true,
+        ..Match::new(model, (&rim.on_body, &n), r, rim.sd, band)
+    })
 }
 
 /// Everything in an image that a surface is compared with.
@@ -215,12 +227,12 @@ fn covariance(
     weak: &[Vector6<f64>],
 ) -> Matrix6<f64> {
     let mut patches: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-    let mut faces: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
+    let mut faces: BTreeMap<(bool, [i32; 3]), Vector6<f64>> = BTreeMap::new();
     for m in evidence.matches(model, pose, BANDS[2]) {
         let key = [m.place.x, m.place.y, m.place.z].map(|x| (x / PATCH).floor() as i32);
         *patches.entry(key).or_insert_with(Vector6::zeros) += m.slope * (m.weight * m.residual);
         let face = [m.slope[0], m.slope[1], m.slope[2]].map(|x| (x * FACES).round() as i32);
-        *faces.entry(face).or_insert_with(Vector6::zeros) += m.slope * (m.weight * SHAPE_SD);
+        *faces.entry((m.rim, face)).or_insert_with(Vector6::zeros) += m.slope * (m.weight * m.shared);
     }
     let mut meat = sums.information;
     for g in patches.values().chain(faces.values()) {

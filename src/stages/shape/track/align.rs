@@ -227,15 +227,17 @@ fn covariance(
     weak: &[Vector6<f64>],
 ) -> Matrix6<f64> {
     let mut patches: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-    let mut faces: BTreeMap<(bool, [i32; 3]), Vector6<f64>> = BTreeMap::new();
+    let mut faces: BTreeMap<(bool, [i32; 3]), [Vector6<f64>; 2]> = BTreeMap::new();
     for m in evidence.matches(model, pose, BANDS[2]) {
         let key = [m.place.x, m.place.y, m.place.z].map(|x| (x / PATCH).floor() as i32);
         *patches.entry(key).or_insert_with(Vector6::zeros) += m.slope * (m.weight * m.residual);
         let face = [m.slope[0], m.slope[1], m.slope[2]].map(|x| (x * FACES).round() as i32);
-        *faces.entry((m.rim, face)).or_insert_with(Vector6::zeros) += m.slope * (m.weight * m.shared);
+        let [known, left] = faces.entry((m.rim, face)).or_insert_with(|| [Vector6::zeros(); 2]);
+        *known += m.slope * (m.weight * m.shared);
+        *left += m.slope * (m.weight * m.residual);
     }
     let mut meat = sums.information;
-    for g in patches.values().chain(faces.values()) {
+    for g in patches.values().chain(faces.values().flatten()) {
         meat.ger(1.0, g, g, 1.0);
     }
     let mut out = spread * meat * spread;

@@ -9,6 +9,7 @@ mod foreign;
 mod parting;
 mod parts;
 mod picture;
+mod skin;
 mod surfels;
 mod verb;
 

@@ -1,19 +1,19 @@
 //! Rigid parts of one thing told apart by how they move: motion segmentation of its surface.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 
 use super::cut::Graph;
-use super::parting::plane_between;
 use super::follow::{Followed, Run, follow_through, stream};
 use super::foreign::Foreign;
+use super::parting::plane_between;
 use super::picture::{Picture, Verdict};
-use super::surfels::{Surfels, smooth_normals};
+use super::skin::Skin;
+use super::surfels::Surfels;
 use crate::base::Result;
 use crate::capture::{Capture, Frames, Interaction, PoseStream, read_frame};
-use crate::geometry::{Mesh, UnionFind, number_sets};
+use crate::geometry::Mesh;
 use crate::twin::SupportPlane;
 
 /// A thing is taken apart where more of its surface than this share, and than so many points, is not where one rigid
@@ -24,19 +24,12 @@ const LEAST_POINTS: usize = 60;
 const LEAST_MOTION: f64 = 0.005;
 /// Images of one interaction that are asked.
 const MOST_IMAGES: usize = 24;
-/// Cost of a border between neighbouring points of a smooth surface, and at a crease, in images' votes.
-const BORDER: f64 = 0.7;
-const CREASE: f64 = 0.12;
 /// What no image tells belongs to the part that moves less, by a cost so small that any image outvotes it.
 const DOUBT: f64 = 3e-4;
 /// Where a plane parts what is known it goes on through what is not, at this cost; and the lead in votes from which a
 /// point is known.
 const PLANE: f64 = 0.05;
 const KNOWN: f64 = 0.3;
-/// Cosine from which a surface counts as seen from behind.
-const BEHIND: f64 = 0.3;
-/// The least thickness that is taken for granted below a surface, m.
-const THICKNESS: f64 = 0.002;
 /// Rounds of labels and motions.
 const ROUNDS: usize = 3;
 
@@ -62,139 +55,13 @@ pub struct Filming<'a> {
     pub support: Option<&'a SupportPlane>,
 }
 
-/// The surface of one thing as it was fused, vertex by vertex.
-struct Surface<'a> {
-    mesh: &'a Mesh,
-    points: Vec<Point3<f64>>,
-    normals: Vec<Vector3<f64>>,
-    /// Area of each vertex over the mean.
-    shares: Vec<f64>,
-    seen: Vec<bool>,
-    ties: Vec<(u32, u32, f64)>,
-}
-
-impl<'a> Surface<'a> {
-    fn new(mesh: &'a Mesh) -> Self {
-        let normals = smooth_normals(mesh);
-        let (areas, borders) = measured(mesh);
-        let edge = (areas.iter().sum::<f64>() / areas.len().max(1) as f64).sqrt().max(1e-9);
-        // Parts meet where the surface is hollow (the minima rule of Hoffman and Richards 1984), not at outer edges.
-        let tie = |((a, b), length): (&(u32, u32), &f64)| {
-            let (na, nb) = (normals[*a as usize], normals[*b as usize]);
-            let way = mesh.vertices[*b as usize] - mesh.vertices[*a as usize];
-            let hollow = (nb - na).dot(&way) < 0.0;
-            let smooth = if hollow { na.dot(&nb).clamp(0.0, 1.0) } else { 1.0 };
-            let cost = CREASE + (BORDER - CREASE) * ((smooth - 0.8) / 0.2).clamp(0.0, 1.0);
-            (*a, *b, cost * length / edge)
-        };
-        Self {
-            ties: borders.iter().map(tie).collect(),
-            mesh,
-            points: mesh.vertices.clone(),
-            shares: areas.iter().map(|a| a / (edge * edge)).collect(),
-            seen: if mesh.seen.is_empty() {
-                vec![true; mesh.vertices.len()]
-            } else {
-                mesh.seen.clone()
-            },
-            normals,
-        }
-    }
-
-    /// What an image says of every seen vertex under a pose; a reading on the tool says nothing.
-    fn judged(&self, picture: &Picture, foreign: &Foreign, pose: &Isometry3<f64>) -> Vec<Verdict> {
-        let judge = |i: usize| {
-            if !self.seen[i] {
-                return Verdict::Unknown;
-            }
-            let (p, n) = (pose * self.points[i], pose.rotation * self.normals[i]);
-            let facing = -(p - picture.eye()).normalize().dot(&n);
-            if facing < -BEHIND {
-                // From behind a surface cannot be seen, but its thickness cannot be seen through either.
-                let inside = p - n * THICKNESS;
-                let through = picture.clear_behind(&inside);
-                return if through { Verdict::Through } else { Verdict::Unknown };
-            }
-            if facing < 0.2 {
-                return Verdict::Unknown;
-            }
-            match picture.judge(&p, &n, 0.0012) {
-                // Beside an outline a pixel shows what is behind as soon as a pose is off by as much.
-                Verdict::Through if !picture.clear_behind(&p) => Verdict::Unknown,
-                Verdict::Hidden if picture.reading(&p).is_some_and(|r| foreign.on_tool(&r)) => Verdict::Unknown,
-                verdict => verdict,
-            }
-        };
-        (0..self.points.len()).map(judge).collect()
-    }
-
-    /// The surface with one label. Where it is cut from the other it has an edge, but no outline that an image could
-    /// show before the cut is sure: there it is not counted as seen.
-    fn part(&self, labels: &[bool], which: bool) -> Option<Surfels> {
-        let kept: Vec<usize> = (0..labels.len())
-            .filter(|i| labels[*i] == which && self.seen[*i])
-            .collect();
-        let mut skin = self.mesh.clone();
-        skin.seen = self.seen.clone();
-        for (a, b) in self.ties.iter().map(|(a, b, _)| (*a as usize, *b as usize)) {
-            if labels[a] != labels[b] {
-                (skin.seen[a], skin.seen[b]) = (false, false);
-            }
-        }
-        Surfels::new(
-            kept.iter().map(|i| self.points[*i]).collect(),
-            kept.iter().map(|i| self.normals[*i]).collect(),
-            skin.subset(|t| skin.triangles[t].iter().all(|v| labels[*v as usize] == which)),
-        )
-    }
-
-    /// The largest connected set of marked vertices.
-    fn largest(&self, marked: &[bool]) -> Vec<bool> {
-        let mut sets = UnionFind::new(marked.len());
-        for (a, b, _) in &self.ties {
-            if marked[*a as usize] && marked[*b as usize] {
-                sets.union(*a, *b);
-            }
-        }
-        let (of, _) = number_sets(&mut sets, marked.len());
-        let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
-        for i in (0..marked.len()).filter(|i| marked[*i]) {
-            *sizes.entry(of[i]).or_default() += 1;
-        }
-        let best = sizes
-            .iter()
-            .max_by_key(|(set, n)| (**n, u32::MAX - **set))
-            .map(|(set, _)| *set);
-        (0..marked.len()).map(|i| marked[i] && Some(of[i]) == best).collect()
-    }
-}
-
-/// The area around each vertex, and the length of the border between the areas of every two neighbours, so that a cut
-/// costs what it is long, however the mesh is cut into triangles (Boykov and Kolmogorov 2003).
-fn measured(mesh: &Mesh) -> (Vec<f64>, BTreeMap<(u32, u32), f64>) {
-    let mut areas = vec![0.0; mesh.vertices.len()];
-    let mut borders: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-    for (t, triangle) in mesh.triangles.iter().enumerate() {
-        let corners = mesh.corners(t);
-        let middle = Point3::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
-        let third = mesh.scaled_normal(t).norm() / 6.0;
-        for k in 0..3 {
-            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
-            areas[a as usize] += third;
-            let length = (middle - nalgebra::center(&corners[k], &corners[(k + 1) % 3])).norm();
-            *borders.entry((a.min(b), a.max(b))).or_default() += length;
-        }
-    }
-    (areas, borders)
-}
-
 /// Tells the two parts of body `which` apart; nothing where one rigid body explains all. The labels are of the mesh's
 /// vertices, `true` for the part that moves more.
 ///
 /// # Errors
 /// An image that cannot be read.
 pub fn two_parts(scene: &Filming, which: usize, mesh: &Mesh) -> Result<Option<Vec<bool>>> {
-    let surface = Surface::new(mesh);
+    let surface = Skin::new(mesh);
     let mut seed: Option<Vec<bool>> = None;
     for (film, run) in scene.films.iter().zip(scene.runs) {
         let home = scene.bodies[which].home;
@@ -240,7 +107,7 @@ pub fn two_parts(scene: &Filming, which: usize, mesh: &Mesh) -> Result<Option<Ve
 }
 
 /// Gives what no image tells to a side: that of the plane which parts what is known, else that of what moves less.
-fn doubt(surface: &Surface, votes: &mut [[f64; 2]], restless: usize) {
+fn doubt(surface: &Skin, votes: &mut [[f64; 2]], restless: usize) {
     let lead = |v: &[f64; 2]| v[1 - restless] - v[restless];
     let known = |i: usize| surface.seen[i] && lead(&votes[i]).abs() > KNOWN;
     let evidence: Vec<f64> = (0..votes.len())
@@ -258,7 +125,7 @@ fn doubt(surface: &Surface, votes: &mut [[f64; 2]], restless: usize) {
 }
 
 /// How far a part goes from where it was, summed over the images, m.
-fn way(run: &Run, home: &Isometry3<f64>, surface: &Surface) -> f64 {
+fn way(run: &Run, home: &Isometry3<f64>, surface: &Skin) -> f64 {
     let off = |pose: &Isometry3<f64>| {
         let points = surface.points.iter().step_by(64);
         points.map(|p| (pose * p - home * p).norm()).fold(0.0, f64::max)
@@ -270,7 +137,7 @@ fn count(marked: &[bool]) -> usize {
     marked.iter().filter(|m| **m).count()
 }
 
-fn enough(labels: &[bool], surface: &Surface) -> bool {
+fn enough(labels: &[bool], surface: &Skin) -> bool {
     let seen = count(&surface.seen);
     let of = |which: bool| {
         (0..labels.len())
@@ -286,7 +153,7 @@ fn enough(labels: &[bool], surface: &Surface) -> bool {
 fn strays(
     scene: &Filming,
     film: &Filmed,
-    surface: &Surface,
+    surface: &Skin,
     (run, home): (&Run, Isometry3<f64>),
 ) -> Result<Option<Vec<bool>>> {
     let mut at_first: Option<Vec<bool>> = None;
@@ -336,7 +203,7 @@ fn judged_in(
     scene: &Filming,
     film: &Filmed,
     i: usize,
-    surface: &Surface,
+    surface: &Skin,
     pose: &Isometry3<f64>,
 ) -> Result<Vec<Verdict>> {
     let (image, _) = read_frame(scene.capture, film.frames, i)?;
@@ -384,7 +251,7 @@ fn follow_parts(scene: &Filming, k: usize, which: usize, parts: &[Arc<Surfels>; 
 }
 
 /// Adds what the images of one interaction say for either motion of each vertex; gives how far the motions part, m.
-fn vote(scene: &Filming, film: &Filmed, surface: &Surface, tracks: &[Run; 2], votes: &mut [[f64; 2]]) -> Result<f64> {
+fn vote(scene: &Filming, film: &Filmed, surface: &Skin, tracks: &[Run; 2], votes: &mut [[f64; 2]]) -> Result<f64> {
     let both: Vec<(usize, [Isometry3<f64>; 2])> = (0..tracks[0].len())
         .filter_map(|i| Some((i, [tracks[0][i].as_ref()?.pose, tracks[1][i].as_ref()?.pose])))
         .collect();

@@ -37,6 +37,20 @@ pub struct VisualTrack {
     pub unseen: usize,
 }
 
+impl VisualTrack {
+    /// Standard deviations along an axis of the place (m) and of the turn (rad), medians over the images.
+    #[must_use]
+    pub fn spread(&self) -> Option<[f64; 2]> {
+        let middle = |first: usize| {
+            let variance = |c: &Matrix6<f64>| c.fixed_view::<3, 3>(first, first).trace() / 3.0;
+            let mut all: Vec<f64> = self.covariance.iter().flatten().map(variance).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).map(|v| v.sqrt())
+        };
+        Some([middle(0)?, middle(3)?])
+    }
+}
+
 /// The capture with the tracks that its images give.
 #[derive(Clone, Debug)]
 pub struct Following<'a> {
@@ -198,6 +212,15 @@ fn tracks(films: &[Filmed], bodies: &[Followed], runs: &[Vec<Run>], notices: &mu
                 let words = format!(
                     "in {name} the images do not show {} of its 6 directions of motion: kept still there, with a wide covariance",
                     track.unseen
+                );
+                notices.note("shape", &body.name, words);
+            }
+            if let Some([place, turn]) = track.spread() {
+                let words = format!(
+                    "its track in {name} was made from {} images, not measured: to {:.2} mm and {:.2} degrees (1 sd)",
+                    run.len() - lost,
+                    1e3 * place,
+                    turn.to_degrees()
                 );
                 notices.note("shape", &body.name, words);
             }

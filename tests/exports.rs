@@ -464,8 +464,7 @@ fn joints_and_pushes_feel_as_measured() {
     let force = push.mean_effort.expect("it touched");
     let weight = 0.31 * 0.36 * 9.80665;
     assert!(
-        // The mean takes in the blow with which the hand sets it going.
-        (force - weight).abs() < 0.15 * weight,
+        (force - weight).abs() < 0.05 * weight,
         "{force} N, not {weight} N: {push}"
     );
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use rapier3d_f64::prelude::{
-    ColliderBuilder, ColliderHandle, GenericJointBuilder, JointAxesMask, RigidBodyBuilder, RigidBodyHandle,
+    CoefficientCombineRule, ColliderBuilder, ColliderHandle, GenericJointBuilder, JointAxesMask, RigidBodyBuilder,
+    RigidBodyHandle,
 };
 
 use super::deed::Deed;
@@ -197,7 +198,10 @@ impl<'a> Play<'a> {
             .engine
             .world
             .insert_body(RigidBodyBuilder::kinematic_position_based().pose(start.into()));
-        let tip = ColliderBuilder::ball(FINGER).friction(0.0);
+        // Smooth, whatever it touches: friction here would carry an undetermined share of the weight.
+        let tip = ColliderBuilder::ball(FINGER)
+            .friction(0.0)
+            .friction_combine_rule(CoefficientCombineRule::GeometricMean);
         let tip = self.engine.world.insert_collider(tip, Some(hand));
         let travel = GAP + PUSH;
         let steps = ((travel / speed).min(LONGEST) / STEP) as usize;
@@ -207,7 +211,9 @@ impl<'a> Play<'a> {
             self.engine.world.bodies[hand].set_next_kinematic_position(pose.into());
             self.engine.step();
             let effort = self.force_on(tip);
-            self.efforts.extend((effort > 0.0).then_some(effort));
+            // From the first touch on, moments without contact count: a thing that slides ahead is braked meanwhile.
+            let touched = effort > 0.0 || !self.efforts.is_empty();
+            self.efforts.extend(touched.then_some(effort));
         }
         self.engine.world.remove_body(hand);
         self.wait(SETTLING);

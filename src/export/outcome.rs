@@ -62,7 +62,7 @@ pub struct Outcome {
     pub broken: Vec<[String; 2]>,
     /// Parts without a shape, which took no part.
     pub left_out: Vec<String>,
-    /// Mean force of the finger or hand while it had to push or pull, N.
+    /// Mean force of the finger or hand from its first touch on, N.
     pub mean_effort: Option<f64>,
     /// For `open:` alone.
     pub opened: Option<Opened>,

@@ -2,14 +2,15 @@
 //!
 //! Every model stands at the world's origin, so a link's pose is its pose in the world. Links of joints with more
 //! than one freedom hang on carriers of a milligram, as in URDF. Bodies that are glued to each other are one model
-//! with a fixed joint: a joint between models is not read by every loader.
+//! with a fixed joint: a joint between models is not read by every loader. The table is a slab, as in URDF, and no
+//! unbounded plane: Drake 1.51 crashes on one that stands before some fifty colliders.
 
 use nalgebra::Isometry3;
 
 use super::inertial::six;
 use super::layout::of_carriers;
 use super::scene::{Attachment, Motion, Part, Scene};
-use super::urdf::{CARRIER, TABLE, roll_pitch_yaw, upright_to};
+use super::urdf::{CARRIER, TABLE, TABLE_SIZE, roll_pitch_yaw, upright_to};
 use super::xml::{Element, number, numbers, vector};
 use crate::base::Estimate;
 use crate::twin::{JointKind, Model};
@@ -19,18 +20,22 @@ pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
     let mut world = Element::new("world").with("name", &scene.name);
     world.push(leaf("gravity", vector(&scene.gravity)));
     if let Some(floor) = &scene.floor {
+        let [half, thick] = TABLE_SIZE;
         let turn = upright_to(&floor.normal);
         let place = Isometry3::from_parts(floor.point.into(), turn);
-        let plane = || {
-            let plane = Element::new("plane")
-                .holding(leaf("normal", "0 0 1"))
-                .holding(leaf("size", "4 4"));
-            Element::new("geometry").holding(plane)
+        let slab = || {
+            let slab = Element::new("box").holding(leaf("size", numbers(&[2.0 * half, 2.0 * half, 2.0 * thick])));
+            Element::new("geometry").holding(slab)
+        };
+        let below = Isometry3::translation(0.0, 0.0, -thick);
+        let shape = |tag: &str| {
+            let named = Element::new(tag).with("name", "slab");
+            named.holding(pose(&below)).holding(slab())
         };
         let link = Element::new("link")
             .with("name", "top")
-            .holding(Element::new("collision").with("name", "plane").holding(plane()))
-            .holding(Element::new("visual").with("name", "plane").holding(plane()));
+            .holding(shape("collision"))
+            .holding(shape("visual"));
         let table = Element::new("model")
             .with("name", TABLE)
             .holding(leaf("static", "true"))

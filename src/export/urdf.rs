@@ -21,7 +21,7 @@ const REACH: f64 = 100.0;
 const EFFORT: f64 = 1000.0;
 const VELOCITY: f64 = 100.0;
 /// Half edge, half thickness, m, and mass, kg, of the table.
-const TABLE_SIZE: [f64; 2] = [1.0, 0.01];
+pub(super) const TABLE_SIZE: [f64; 2] = [1.0, 0.01];
 const TABLE_MASS: f64 = 100.0;
 
 /// The robot of one body; `meshes` leads from the file's folder to the twin's.

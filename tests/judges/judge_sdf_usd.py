@@ -28,6 +28,9 @@ def mujoco_bodies(folder):
 
 
 def drake_bodies(folder):
+    import logging
+
+    logging.getLogger("drake").setLevel(logging.ERROR)  # it tells of every element that it passes over
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
     from pydrake.multibody.tree import BodyIndex

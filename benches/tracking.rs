@@ -62,7 +62,12 @@ fn track(scene: &Scene) {
     let seconds = cpu_seconds() - start;
     for track in &followed.tracks {
         let truth = &made.truth[&(track.interaction.clone(), scene.name.clone())];
-        let errors = Errors::of(track, truth, &made.home[&scene.name], &shapes.objects[0].world_from_link.0);
+        let errors = Errors::of(
+            track,
+            truth,
+            &made.home[&scene.name],
+            &shapes.objects[0].world_from_link.0,
+        );
         let (mm, degrees) = errors.rms();
         println!(
             "{:<10} {mm:>8.3} {degrees:>8.3} {:>12.2} {:>6} {:>8} {:>14.0}",

@@ -26,26 +26,43 @@ fn twin_of(scene: &str) -> (Value, String) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     palpate(&["synth", &format!("lab:{scene}"), "--out", "capture"], folder.path());
     let capture = std::fs::read_to_string(folder.path().join("capture/capture.json")).expect("read");
-    assert!(capture.contains("frames") && !capture.contains("\"tracks\": {\n"), "the lab tracked {scene}");
+    assert!(
+        capture.contains("frames") && !capture.contains("\"tracks\": {\n"),
+        "the lab tracked {scene}"
+    );
     palpate(&["reconstruct", "capture", "--out", "twin"], folder.path());
     let read = |name: &str| std::fs::read_to_string(folder.path().join("twin").join(name)).expect("read");
-    (serde_json::from_str(&read("twin.json")).expect("JSON"), read("report.html"))
+    (
+        serde_json::from_str(&read("twin.json")).expect("JSON"),
+        read("report.html"),
+    )
 }
 
 /// The only joint, with the links that it holds.
 fn joint<'a>(twin: &'a Value, kind: &str) -> &'a Value {
     let bodies = twin["bodies"].as_array().expect("bodies");
-    let joints: Vec<&Value> = bodies.iter().flat_map(|b| b["joints"].as_array().expect("joints")).collect();
+    let joints: Vec<&Value> = bodies
+        .iter()
+        .flat_map(|b| b["joints"].as_array().expect("joints"))
+        .collect();
     println!("{} bodies, joints {joints:#?}", bodies.len());
     assert_eq!(joints.len(), 1);
     assert_eq!(joints[0]["kind"], kind);
     let links = bodies[0]["links"].as_array().expect("links");
-    assert!(links.len() == 2 && links.iter().all(|l| l["mesh"].is_string()), "a mesh for either link");
+    assert!(
+        links.len() == 2 && links.iter().all(|l| l["mesh"].is_string()),
+        "a mesh for either link"
+    );
     joints[0]
 }
 
 fn degrees_to(joint: &Value, axis: [f64; 3]) -> f64 {
-    let found: Vec<f64> = joint["axis"]["value"].as_array().expect("axis").iter().filter_map(Value::as_f64).collect();
+    let found: Vec<f64> = joint["axis"]["value"]
+        .as_array()
+        .expect("axis")
+        .iter()
+        .filter_map(Value::as_f64)
+        .collect();
     let cosine: f64 = found.iter().zip(axis).map(|(a, b)| a * b).sum();
     cosine.abs().min(1.0).acos().to_degrees()
 }
@@ -54,9 +71,15 @@ fn says_where_tracks_come_from(twin: &Value, report: &str) {
     let tracks = twin["provenance"]["tracks_from_images"].as_array().expect("tracks");
     assert_eq!(tracks.len(), 4, "two links in two films: {tracks:?}");
     for track in tracks {
-        assert!(track["position_sd"].as_f64().is_some_and(|sd| sd > 0.0) && track["lost"] == 0, "{track}");
+        assert!(
+            track["position_sd"].as_f64().is_some_and(|sd| sd > 0.0) && track["lost"] == 0,
+            "{track}"
+        );
     }
-    assert!(report.contains("images, not measured") && report.contains("4 made from images"), "the report says so");
+    assert!(
+        report.contains("images, not measured") && report.contains("4 made from images"),
+        "the report says so"
+    );
 }
 
 #[test]

@@ -63,8 +63,16 @@ fn a_box_that_is_taken_away_is_lost_and_found_again_when_it_is_back() {
     let scene = |text: &str| parse_scene(text, Path::new("box.toml")).expect("a scene");
     let mut made = filmed(scene(BOX), 1);
     let away = BOX.replace("position = [0.0, 0.0, 0.025]", "position = [0.0, 0.16, 0.025]");
-    let away = filmed(scene(&away.replace("at = [-0.045, 0.012, 0.02]", "at = [-0.045, 0.172, 0.02]")), 1);
-    let empty = away.capture.interactions[0].frames.as_ref().expect("frames").taken.clone();
+    let away = filmed(
+        scene(&away.replace("at = [-0.045, 0.012, 0.02]", "at = [-0.045, 0.172, 0.02]")),
+        1,
+    );
+    let empty = away.capture.interactions[0]
+        .frames
+        .as_ref()
+        .expect("frames")
+        .taken
+        .clone();
     let frames = made.capture.interactions[0].frames.as_mut().expect("frames");
     let (first, last) = (frames.taken.len() / 3, frames.taken.len() / 3 + 10);
     frames.taken[first..last].clone_from_slice(&empty[first..last]);

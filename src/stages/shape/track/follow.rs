@@ -163,12 +163,17 @@ fn find(
             continue;
         };
         let enough = fit.matched >= LEAST_MATCHED.max((LEAST_LEFT * memory.usual.unwrap_or(0) as f64) as usize);
-        let better = best.as_ref().is_none_or(|b| fit.score() > b.score() + 0.02 * b.matched as f64);
+        let better = best
+            .as_ref()
+            .is_none_or(|b| fit.score() > b.score() + 0.02 * b.matched as f64);
         if enough && fit.support >= LEAST_SUPPORT && better {
             best = Some(fit);
         }
         let usual = memory.usual.unwrap_or(0) as f64;
-        if best.as_ref().is_some_and(|b| b.support > 0.98 && b.matched as f64 > 0.95 * usual) {
+        if best
+            .as_ref()
+            .is_some_and(|b| b.support > 0.98 && b.matched as f64 > 0.95 * usual)
+        {
             break;
         }
     }

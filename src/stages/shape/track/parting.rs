@@ -36,7 +36,11 @@ pub fn plane_between(points: &[Point3<f64>], evidence: &[f64]) -> Option<Vec<boo
         plane += bend.cholesky()?.solve(&slope);
     }
     let sides: Vec<bool> = (0..points.len()).map(|i| plane.dot(&feature(i)) > 0.0).collect();
-    let right = |side: bool| known().filter(|i| sides[*i] == side && (evidence[*i] > 0.0) == side).count() as f64;
+    let right = |side: bool| {
+        known()
+            .filter(|i| sides[*i] == side && (evidence[*i] > 0.0) == side)
+            .count() as f64
+    };
     (right(false) >= LEAST_RIGHT * still && right(true) >= LEAST_RIGHT * moved).then_some(sides)
 }
 
@@ -54,7 +58,13 @@ mod tests {
         let evidence: Vec<f64> = wall.iter().map(seen).collect();
         let sides = plane_between(&wall, &evidence).expect("a plane");
         assert!(wall.iter().zip(&sides).all(|(p, side)| (p.z > 0.0426) == *side));
-        let framed = |p: &Point3<f64>| if (p.x - 0.03).abs().max((p.z - 0.03).abs()) < 0.02 { 1.0 } else { -1.0 };
+        let framed = |p: &Point3<f64>| {
+            if (p.x - 0.03).abs().max((p.z - 0.03).abs()) < 0.02 {
+                1.0
+            } else {
+                -1.0
+            }
+        };
         assert!(plane_between(&wall, &wall.iter().map(framed).collect::<Vec<_>>()).is_none());
     }
 }

@@ -199,13 +199,7 @@ fn strays(
     Ok((count(&largest) >= LEAST_POINTS / 2).then_some(largest))
 }
 
-fn judged_in(
-    scene: &Filming,
-    film: &Filmed,
-    i: usize,
-    surface: &Skin,
-    pose: &Isometry3<f64>,
-) -> Result<Vec<Verdict>> {
+fn judged_in(scene: &Filming, film: &Filmed, i: usize, surface: &Skin, pose: &Isometry3<f64>) -> Result<Vec<Verdict>> {
     let (image, _) = read_frame(scene.capture, film.frames, i)?;
     let Some(camera) = film.frames.pose(i) else {
         return Ok(vec![Verdict::Unknown; surface.points.len()]);

@@ -47,7 +47,7 @@ fn joint<'a>(twin: &'a Value, kind: &str) -> &'a Value {
         .collect();
     println!("{} bodies, joints {joints:#?}", bodies.len());
     assert_eq!(joints.len(), 1);
-    assert_eq!(joints[0]["kind"], kind);
+    assert_eq!(joints[0]["type"], kind);
     let links = bodies[0]["links"].as_array().expect("links");
     assert!(
         links.len() == 2 && links.iter().all(|l| l["mesh"].is_string()),

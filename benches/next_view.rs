@@ -36,7 +36,10 @@ fn scene(seed: u64) -> Scene {
     let count = rng.random_range(5..=7);
     while taken.len() < count {
         let i = taken.len();
-        let (half, height): (f64, f64) = (rng.random_range(0.02..0.05), rng.random_range(0.03..0.16));
+        // To the tenth of a millimetre that the text below states, so that things stand on the table.
+        let tenth = |x: f64| (x * 1e4).round() / 1e4;
+        let half = tenth(rng.random_range(0.02..0.05));
+        let height = tenth(rng.random_range(0.03..0.16));
         let (shape, radius, z) = match rng.random_range(0..5) {
             0 | 1 => {
                 let wide = half * rng.random_range(0.5..1.0);
@@ -127,7 +130,11 @@ fn look(rig: &mut LabRig, pose: &Pose) -> View {
 /// Shares after each chosen view, how many it took to stop, and the seconds of each choice.
 fn chosen(rig: &mut LabRig, said: &RigDescription, spots: &[Point3<f64>]) -> (Vec<f64>, Option<usize>, f64) {
     let camera = &said.cameras[0];
-    let config = NextViewConfig::default();
+    // It goes on to ten views, and the place is noted where it would have stopped.
+    let config = NextViewConfig {
+        least_gain: 0.0,
+        ..NextViewConfig::default()
+    };
     let mut planner =
         NextView::new(config, camera, &said.reach, said.workspace, said.support.as_ref()).expect("a planner");
     let (mut seen, mut shares, mut stopped, mut seconds) = (Vec::new(), Vec::new(), None, 0.0);
@@ -137,6 +144,10 @@ fn chosen(rig: &mut LabRig, said: &RigDescription, spots: &[Point3<f64>]) -> (Ve
         seconds += watch.seconds();
         let pose = match decision {
             Decision::Look(choice) => {
+                let defaults = NextViewConfig::default();
+                if shares.len() >= defaults.least_views && choice.share < defaults.least_gain {
+                    stopped.get_or_insert(shares.len());
+                }
                 if std::env::var("WHY").is_ok() {
                     println!("    {}", choice.why);
                 }
@@ -146,7 +157,6 @@ fn chosen(rig: &mut LabRig, said: &RigDescription, spots: &[Point3<f64>]) -> (Ve
                 if std::env::var("WHY").is_ok() {
                     println!("    {why}");
                 }
-                stopped = Some(shares.len());
                 break;
             }
         };

@@ -7,17 +7,14 @@
     reason = "tests may stop and print"
 )]
 
+#[path = "common/python.rs"]
+mod python;
+
 use std::path::Path;
 use std::process::{Command, Output};
 
+use python::python;
 use serde_json::Value;
-
-/// A Python with numpy: the one that `PALPATE_PYTHON` names, else `python3`.
-fn python() -> Option<String> {
-    let named = std::env::var("PALPATE_PYTHON").unwrap_or_else(|_| "python3".into());
-    let tried = Command::new(&named).args(["-c", "import numpy"]).output();
-    tried.is_ok_and(|output| output.status.success()).then_some(named)
-}
 
 fn explore(rig: &str, out: &Path, budget: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_palpate"))
@@ -33,10 +30,7 @@ fn json(path: &Path) -> Value {
 
 #[test]
 fn the_python_rig_is_explored_and_its_bodies_are_weighed() {
-    let Some(python) = python() else {
-        println!("skipped: there is no python3 with numpy (name one by PALPATE_PYTHON)");
-        return;
-    };
+    let Some(python) = python() else { return };
     let dir = tempfile::tempdir().expect("a temporary folder");
     let out = dir.path().join("explored");
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/rig.py");

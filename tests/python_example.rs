@@ -7,24 +7,18 @@
     reason = "tests may stop and print"
 )]
 
+#[path = "common/python.rs"]
+mod python;
+
 use std::path::Path;
 use std::process::Command;
 
 use palpate::capture::{inspect, read_capture};
-
-/// A Python with numpy: the one that `PALPATE_PYTHON` names, else `python3`.
-fn python() -> Option<String> {
-    let named = std::env::var("PALPATE_PYTHON").unwrap_or_else(|_| "python3".into());
-    let tried = Command::new(&named).args(["-c", "import numpy"]).output();
-    tried.is_ok_and(|output| output.status.success()).then_some(named)
-}
+use python::python;
 
 #[test]
 fn the_python_example_writes_a_sound_capture() {
-    let Some(python) = python() else {
-        println!("skipped: there is no python3 with numpy (name one by PALPATE_PYTHON)");
-        return;
-    };
+    let Some(python) = python() else { return };
     let parent = tempfile::tempdir().expect("a temporary folder");
     let folder = parent.path().join("capture");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/write_capture.py");

@@ -159,6 +159,7 @@ fn twin() -> Twin {
             options: BTreeMap::from([(EVIL.into(), EVIL.into())]),
             seed: 7,
             seconds: BTreeMap::new(),
+            tracks_from_images: Vec::new(),
         },
         notices: vec![Notice {
             severity: Severity::Warning,

@@ -8,10 +8,10 @@ use super::Options;
 use crate::base::{Estimate, Notices, Pose};
 use crate::capture::{Capture, PoseStream};
 use crate::stages::articulation::Articulation;
-use crate::stages::shape::{Shapes, Silhouette, principal_views};
+use crate::stages::shape::{Shapes, Silhouette, VisualTrack, principal_views};
 use crate::twin::{
     Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
-    SupportPlane, SurfaceShares, Twin,
+    SupportPlane, SurfaceShares, TrackFromImages, Twin,
 };
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
@@ -222,6 +222,20 @@ pub fn weld(model: &mut Model) {
             },
         );
     }
+}
+
+/// Writes down which tracks were made from images.
+pub fn tracks(model: &mut Model, tracks: &[VisualTrack]) {
+    let row = |track: &VisualTrack| TrackFromImages {
+        interaction: track.interaction.clone(),
+        link: track.body.clone(),
+        images: track.covariance.len(),
+        lost: track.covariance.iter().filter(|c| c.is_none()).count(),
+        unseen: track.unseen,
+        position_sd: track.spread().map(|s| s[0]),
+        rotation_sd: track.spread().map(|s| s[1]),
+    };
+    model.twin.provenance.tracks_from_images = tracks.iter().map(row).collect();
 }
 
 /// Writes down how the twin was made and what was doubted on the way.

@@ -40,6 +40,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     }
     let capture = followed.as_ref().map_or(capture, |f| f.capture.as_ref());
     let mut model = assemble::model(capture, shapes, options);
+    assemble::tracks(&mut model, followed.as_ref().map_or(&[], |f| &f.tracks));
     clock.lap("shape");
 
     if options.runs(Pass::Symmetry) {

@@ -46,9 +46,13 @@ fn provenance(run: &Run) -> String {
             format!("<dt>{}</dt><dd><code>{}</code></dd>\n", escape(name), escape(&text))
         })
         .collect();
+    let followed = match p.tracks_from_images.len() {
+        0 => String::new(),
+        n => format!("<dt>tracks</dt><dd>{n} made from images, the others measured</dd>\n"),
+    };
     format!(
         "<h3 id=\"provenance\">How this was made</h3>\n<dl class=\"provenance\">\n<dt>palpate</dt><dd>version {}</dd>\n\
-         <dt>capture</dt><dd><code>SHA-256 {}</code></dd>\n<dt>seed</dt><dd>{}</dd>\n</dl>\n\
+         <dt>capture</dt><dd><code>SHA-256 {}</code></dd>\n<dt>seed</dt><dd>{}</dd>\n{followed}</dl>\n\
          <details class=\"options\"><summary>Effective options</summary>\n<dl class=\"provenance\">\n{options}</dl>\n</details>\n",
         escape(&p.version),
         escape(&p.capture_digest),

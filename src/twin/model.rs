@@ -62,6 +62,28 @@ pub struct Provenance {
     /// Wall seconds per pass, in the order of the passes; `null` unless times were asked for, since
     /// the same seed must give the same bytes.
     pub seconds: BTreeMap<String, Option<f64>>,
+    /// The tracks that were made from images; every other track was measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tracks_from_images: Vec<TrackFromImages>,
+}
+
+/// A track that no instrument gave.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TrackFromImages {
+    /// The interaction that was filmed.
+    pub interaction: String,
+    /// The link that was followed.
+    pub link: String,
+    /// Images of the interaction.
+    pub images: usize,
+    /// Images in which it was lost; those rows of the track are missing.
+    pub lost: usize,
+    /// Directions of motion, of six, that no image constrained.
+    pub unseen: usize,
+    /// Median standard deviation of the position along an axis, m.
+    pub position_sd: Option<f64>,
+    /// Median standard deviation of the turn about an axis, rad.
+    pub rotation_sd: Option<f64>,
 }
 
 /// A twin with the meshes that its links name.

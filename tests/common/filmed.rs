@@ -10,9 +10,11 @@ use palpate::geometry::SurfaceDistance;
 use palpate::lab::{Scene, build_solids, synthesise};
 use palpate::stages::shape::{Config, Shapes, VisualTrack, reconstruct};
 
-/// A filmed capture without tracks, and the true tracks at the times of its images by interaction and body.
+/// A filmed capture without tracks, where its bodies stood when the views were taken, and the true tracks at the times
+/// of its images by interaction and body.
 pub struct Filmed {
     pub capture: Capture,
+    pub home: BTreeMap<String, Isometry3<f64>>,
     pub truth: BTreeMap<(String, String), PoseStream>,
 }
 
@@ -25,13 +27,15 @@ pub fn filmed(mut scene: Scene, seed: u64) -> Filmed {
     let mut capture = synthesise(&scene, Path::new("."), Seed(seed), &Progress::silent())
         .expect("a capture")
         .capture;
+    let solids = build_solids(&scene, Path::new(".")).expect("solids");
+    let home = solids.values().map(|s| (s.name.clone(), s.world_from_body.0)).collect();
     let mut truth = BTreeMap::new();
     for interaction in &mut capture.interactions {
         for (name, track) in std::mem::take(&mut interaction.tracks) {
             truth.insert((interaction.name.clone(), name), track);
         }
     }
-    Filmed { capture, truth }
+    Filmed { capture, home, truth }
 }
 
 pub fn shapes(capture: &Capture) -> Shapes {
@@ -52,9 +56,9 @@ pub struct Errors {
 }
 
 impl Errors {
-    pub fn of(track: &VisualTrack, truth: &PoseStream, home: &Isometry3<f64>) -> Self {
+    /// `first` is where the body truly stood at the views, `home` where its link was put.
+    pub fn of(track: &VisualTrack, truth: &PoseStream, first: &Isometry3<f64>, home: &Isometry3<f64>) -> Self {
         let mut out = Self::default();
-        let first = truth.pose(0).expect("a pose").0;
         for i in 0..track.track.len() {
             let (Some(found), Some(covariance)) = (track.track.pose(i), track.covariance[i]) else {
                 out.lost += 1;

@@ -37,6 +37,8 @@ struct Cell {
     hits: u16,
     /// Best quality with which its surface was seen, 0 to 1.
     quality: f32,
+    /// Whether it was seen at all, by the steepest look, 0 to 1.
+    shown: f32,
     normal: [f32; 3],
 }
 
@@ -56,6 +58,12 @@ pub(super) fn quality(cosine: f64, range: f64) -> f64 {
     // No reading comes back at grazing incidence.
     let shown = ((cosine - 0.18) / 0.35).clamp(0.0, 1.0);
     shown * (FULL_RANGE / range).powi(2).min(1.0)
+}
+
+/// Whether a surface shows at all: no reading comes back where a look only grazes it. What nobody saw yet counts by
+/// this alone: a poor look at it is worth more than the best second look at what is known.
+pub(super) fn shows(cosine: f64) -> f64 {
+    ((cosine - 0.05) / 0.1).clamp(0.0, 1.0)
 }
 
 impl Belief {
@@ -122,7 +130,7 @@ impl Belief {
         self.distance[at]
     }
 
-    /// Quality-weighted area of the surface that is known, m².
+    /// Area of the surface that was seen, m².
     pub fn seen_area(&self) -> f64 {
         let mut sum = 0.0;
         for z in 0..self.size[2] {
@@ -131,7 +139,7 @@ impl Belief {
                     if let Some(at) = self.at([x, y, z]).filter(|at| self.cells[*at].hits > 0)
                         && self.state([x, y, z], at) == State::Surface
                     {
-                        sum += f64::from(self.cells[at].quality);
+                        sum += f64::from(self.cells[at].shown);
                     }
                 }
             }
@@ -151,7 +159,13 @@ impl Belief {
                 // A pixel on an edge may fly: what lies well before it is free, no more is said. A slanted look must
                 // not carve the surface that it grazes.
                 let slant = |n: Vector3<f64>| (-n.dot(&(spot - eye).normalize())).max(0.15);
-                self.carve(&eye, &spot, normal.map_or(3.0, |n| 1.2 / slant(n)));
+                // The table is known: a look along it must not leave a layer unknown above it.
+                let short = if self.below_floor(&spot) {
+                    0.5
+                } else {
+                    normal.map_or(3.0, |n| 1.2 / slant(n))
+                };
+                self.carve(&eye, &spot, short);
                 if let Some(normal) = normal {
                     self.mark(&eye, &spot, &normal);
                 }
@@ -181,8 +195,10 @@ impl Belief {
     fn mark(&mut self, eye: &Point3<f64>, spot: &Point3<f64>, normal: &Vector3<f64>) {
         let Some(at) = self.at(self.place(spot)) else { return };
         let way = spot - eye;
-        let seen = quality(-normal.dot(&way.normalize()), way.norm()) as f32;
+        let cosine = -normal.dot(&way.normalize());
+        let seen = quality(cosine, way.norm()) as f32;
         let cell = &mut self.cells[at];
+        cell.shown = cell.shown.max(shows(cosine) as f32);
         cell.hits = cell.hits.saturating_add(1);
         if seen >= cell.quality {
             cell.quality = seen;

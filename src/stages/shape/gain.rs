@@ -2,14 +2,14 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::belief::{Belief, State, beside, quality};
+use super::belief::{Belief, State, beside, quality, shows};
 use super::lens::unproject;
 use crate::base::Pose;
 use crate::capture::Camera;
 
 /// Probability that an unknown voxel beside a known surface is surface itself, and far from any.
 const NEAR_CHANCE: f64 = 0.45;
-const FAR_CHANCE: f64 = 0.01;
+const FAR_CHANCE: f64 = 0.03;
 /// Voxels over which that chance falls by e.
 const FALL: f64 = 2.5;
 /// Cosine from which a known surface beside an unknown voxel hides it.
@@ -17,12 +17,12 @@ const HIDES: f64 = 0.1;
 /// Least chance of a ray to be still under way.
 const LEAST_LEFT: f64 = 0.05;
 
-/// What a candidate pose is expected to show, quality-weighted.
+/// What a candidate pose is expected to show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gain {
     /// Surface that nobody saw yet, m².
     pub unseen: f64,
-    /// Surface that is known, seen better than so far, m².
+    /// Surface that is known, seen better than so far, m², weighed by incidence and range noise.
     pub better: f64,
     /// Rays that would end on what is known well already, of all that meet anything, 0 to 1.
     pub known: f64,
@@ -36,7 +36,7 @@ impl Gain {
 }
 
 /// The gain of looking with `camera` from `pose`. A voxel counts once, by the best of the rays that reach it
-/// (Delmerico et al. 2018: proximity count and rear side, here weighed by incidence and range noise).
+/// (Delmerico et al. 2018: proximity count and rear side, here weighed by incidence).
 pub(super) fn expected(belief: &Belief, camera: &Camera, pose: &Pose) -> Gain {
     let mut tally = Tally::new(belief);
     let eye = Point3::from(pose.translation.vector);
@@ -95,7 +95,7 @@ impl<'a> Tally<'a> {
                 State::Surface => return self.surface(at, way, t, left),
                 State::Unknown => match self.hidden_by(place, way) {
                     Some(surface) => return self.surface(surface, way, t, left),
-                    None => left -= self.unknown(place, at, way, t, left),
+                    None => left -= self.unknown(place, at, way, left),
                 },
             }
         }
@@ -123,12 +123,12 @@ impl<'a> Tally<'a> {
     }
 
     /// Notes an unknown voxel; returns the chance that the ray ends there.
-    fn unknown(&mut self, place: [i64; 3], at: usize, way: &Vector3<f64>, range: f64, left: f64) -> f64 {
+    fn unknown(&mut self, place: [i64; 3], at: usize, way: &Vector3<f64>, left: f64) -> f64 {
         let belief = self.belief;
         let away = f64::from(belief.to_surface(at).saturating_sub(1));
         let chance = left * (FAR_CHANCE + (NEAR_CHANCE - FAR_CHANCE) * (-away / FALL).exp());
         self.met += 1;
-        let shown = quality(self.facing(place, way), range) * chance;
+        let shown = shows(self.facing(place, way)) * chance;
         self.best[at] = self.best[at].max(shown as f32);
         chance
     }

@@ -31,7 +31,7 @@ impl Default for NextViewConfig {
             candidates: 96,
             least_views: 4,
             least_gain: 0.004,
-            refinement: 0.2,
+            refinement: 0.03,
         }
     }
 }
@@ -135,7 +135,7 @@ impl NextView {
         self.pending = None;
     }
 
-    /// Surface seen so far, weighed by how well, m².
+    /// Surface seen so far, m².
     pub fn seen_area(&self) -> f64 {
         self.belief.seen_area()
     }

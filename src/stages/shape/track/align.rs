@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 
+use super::contour::{Rim, rims};
 use super::picture::{Picture, Pixel, Verdict};
 use super::surfels::Surfels;
 
 /// Distances in which a pixel is matched with the surface, m, one round after the other.
 const BANDS: [f64; 3] = [0.014, 0.006, 0.003];
+/// How far from where it should be the outline is looked for in each round, pixels; it is drawn anew where that is given.
+const REACHES: [Option<f64>; 3] = [Some(8.0), Some(3.0), None];
 /// Most steps of one round.
 const STEPS: usize = 8;
 /// A direction in which the surface constrains less than this share of the weight is not seen: a cylinder's spin, a
@@ -21,7 +24,11 @@ const LEAST_PIXELS: usize = 40;
 /// Neighbouring residuals err together: patches of this edge count as one, m.
 const PATCH: f64 = 0.010;
 /// Error of a fused surface that a whole face shares, m.
-const SHAPE_SD: f64 = 1.5e-4;
+const SHAPE_SD: f64 = 2.0e-4;
+/// Error that a side of the outline shares, over that of one place of it: pixels cut a straight edge all alike.
+const EDGE_SHARED: f64 = 0.8;
+/// Directions that are told apart as faces, per unit of the normal.
+const FACES: f64 = 1.5;
 
 /// A pose that was found, and how sure it is.
 #[derive(Clone, Debug)]
@@ -38,6 +45,15 @@ pub struct Fit {
     pub matched: usize,
 }
 
+impl Fit {
+    /// Points that are there less those that the camera saw through: a surface that slides along itself, with a face
+    /// that moves, matches its neighbours' readings but reaches into free space.
+    pub fn score(&self) -> f64 {
+        let through = self.matched as f64 * (1.0 / self.support.max(1e-3) - 1.0);
+        self.matched as f64 - through
+    }
+}
+
 /// Sums of a weighted least squares problem in the six small motions about the middle of the body.
 struct Normal {
     information: Matrix6<f64>,
@@ -46,38 +62,86 @@ struct Normal {
     pixels: usize,
 }
 
-/// A pixel that is matched: derivative of its residual, residual, weight.
-fn matched(
-    pixel: &Pixel,
-    model: &Surfels,
-    pose: &Isometry3<f64>,
-    band: f64,
-) -> Option<(Vector6<f64>, f64, f64, Point3<f64>)> {
+/// Something in the image that is matched with the surface.
+struct Match {
+    /// Derivative of the residual by the six small motions.
+    slope: Vector6<f64>,
+    /// m.
+    residual: f64,
+    weight: f64,
+    /// Standard deviation of what it errs by together with its face or side, m.
+    shared: f64,
+    /// Whether it is of the outline.
+    rim: bool,
+    /// Body frame.
+    place: Point3<f64>,
+}
+
+impl Match {
+    /// With the weight of Geman and McClure's estimator.
+    fn new(model: &Surfels, (q, n): (&Point3<f64>, &Vector3<f64>), residual: f64, sd: f64, band: f64) -> Self {
+        let scale = (3.0 * sd).max(0.25 * band);
+        let robust = scale * scale / (scale * scale + residual * residual);
+        let lever = (q - model.center).cross(n) / model.radius;
+        Self {
+            slope: Vector6::new(n.x, n.y, n.z, lever.x, lever.y, lever.z),
+            residual,
+            weight: robust * robust / (sd * sd),
+            shared: SHAPE_SD,
+            rim: false,
+            place: *q,
+        }
+    }
+}
+
+/// A pixel against the plane of the nearest surfel.
+fn matched(pixel: &Pixel, model: &Surfels, pose: &Isometry3<f64>, band: f64) -> Option<Match> {
     let q = pose.inverse_transform_point(&pixel.point);
     let (i, r) = model.within(&q, band)?;
     let n = model.normals[i];
     if n.dot(&pose.rotation.inverse_transform_vector(&pixel.normal)) < 0.75 {
         return None;
     }
-    // Geman and McClure's estimator.
-    let scale = (3.0 * pixel.sd).max(0.25 * band);
-    let robust = scale * scale / (scale * scale + r * r);
-    let w = robust * robust / (pixel.sd * pixel.sd);
-    let lever = (q - model.center).cross(&n) / model.radius;
-    Some((Vector6::new(n.x, n.y, n.z, lever.x, lever.y, lever.z), r, w, q))
+    Some(Match::new(model, (&q, &n), r, pixel.sd, band))
 }
 
-fn gather(pixels: &[Pixel], model: &Surfels, pose: &Isometry3<f64>, band: f64) -> Normal {
+/// A place of the outline, as a pixel is.
+fn outlined(rim: &Rim, model: &Surfels, pose: &Isometry3<f64>, band: f64) -> Option<Match> {
+    let r = rim.normal.dot(&(rim.target - pose * rim.on_body));
+    let n = pose.rotation.inverse_transform_vector(&rim.normal);
+    (r.abs() < band).then(|| Match {
+        shared: EDGE_SHARED * rim.sd,
+        rim: true,
+        ..Match::new(model, (&rim.on_body, &n), r, rim.sd, band)
+    })
+}
+
+/// Everything in an image that a surface is compared with.
+#[derive(Clone, Copy)]
+struct Evidence<'a> {
+    pixels: &'a [Pixel],
+    rims: &'a [Rim],
+}
+
+impl Evidence<'_> {
+    fn matches(&self, model: &Surfels, pose: &Isometry3<f64>, band: f64) -> impl Iterator<Item = Match> {
+        let pixels = self.pixels.iter().filter_map(move |p| matched(p, model, pose, band));
+        let rims = self.rims.iter().filter_map(move |r| outlined(r, model, pose, band));
+        pixels.chain(rims)
+    }
+}
+
+fn gather(evidence: Evidence, model: &Surfels, pose: &Isometry3<f64>, band: f64) -> Normal {
     let mut sums = Normal {
         information: Matrix6::zeros(),
         gradient: Vector6::zeros(),
         weight: 0.0,
         pixels: 0,
     };
-    for (j, r, w, _) in pixels.iter().filter_map(|p| matched(p, model, pose, band)) {
-        sums.information.ger(w, &j, &j, 1.0);
-        sums.gradient.axpy(w * r, &j, 1.0);
-        sums.weight += w;
+    for m in evidence.matches(model, pose, band) {
+        sums.information.ger(m.weight, &m.slope, &m.slope, 1.0);
+        sums.gradient.axpy(m.weight * m.residual, &m.slope, 1.0);
+        sums.weight += m.weight;
         sums.pixels += 1;
     }
     sums
@@ -110,12 +174,24 @@ fn moved(pose: &Isometry3<f64>, model: &Surfels, step: &Vector6<f64>) -> Isometr
     moved
 }
 
-/// Aligns the surface to the pixels from a start; nothing where too few pixels match.
-pub fn align(pixels: &[Pixel], model: &Surfels, start: &Isometry3<f64>) -> Option<Fit> {
+/// Aligns the surface to an image from a start: to the `pixels` that may be its own, and to its outline where the
+/// readings inside are `mine`. Nothing where too little matches.
+pub fn align(
+    picture: &Picture,
+    pixels: &[Pixel],
+    mine: &impl Fn(&Point3<f64>) -> bool,
+    model: &Surfels,
+    start: &Isometry3<f64>,
+) -> Option<Fit> {
     let mut pose = *start;
-    for band in BANDS {
+    let mut outline = Vec::new();
+    for (band, reach) in BANDS.into_iter().zip(REACHES) {
+        if let Some(reach) = reach {
+            outline = rims(picture, model, &pose, reach, mine);
+        }
+        let evidence = Evidence { pixels, rims: &outline };
         for _ in 0..STEPS {
-            let sums = gather(pixels, model, &pose, band);
+            let sums = gather(evidence, model, &pose, band);
             if sums.pixels < LEAST_PIXELS {
                 break;
             }
@@ -126,13 +202,14 @@ pub fn align(pixels: &[Pixel], model: &Surfels, start: &Isometry3<f64>) -> Optio
             }
         }
     }
-    let sums = gather(pixels, model, &pose, BANDS[2]);
+    let evidence = Evidence { pixels, rims: &outline };
+    let sums = gather(evidence, model, &pose, BANDS[2]);
     if sums.pixels < LEAST_PIXELS {
         return None;
     }
     let (spread, weak) = inverse(&sums);
     Some(Fit {
-        covariance: in_world(&covariance(pixels, model, &pose, &sums, &spread, &weak), model, &pose),
+        covariance: in_world(&covariance(evidence, model, &pose, &sums, &spread, &weak), model, &pose),
         pose,
         unseen: weak.len(),
         support: 0.0,
@@ -142,7 +219,7 @@ pub fn align(pixels: &[Pixel], model: &Surfels, start: &Isometry3<f64>) -> Optio
 
 /// Liang and Zeger's sandwich (1986) over patches of the surface, with the shape's own error and the unseen directions.
 fn covariance(
-    pixels: &[Pixel],
+    evidence: Evidence,
     model: &Surfels,
     pose: &Isometry3<f64>,
     sums: &Normal,
@@ -150,16 +227,20 @@ fn covariance(
     weak: &[Vector6<f64>],
 ) -> Matrix6<f64> {
     let mut patches: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-    for (j, r, w, q) in pixels.iter().filter_map(|p| matched(p, model, pose, BANDS[2])) {
-        let key = [q.x, q.y, q.z].map(|x| (x / PATCH).floor() as i32);
-        *patches.entry(key).or_insert_with(Vector6::zeros) += j * (w * r);
+    let mut faces: BTreeMap<(bool, [i32; 3]), [Vector6<f64>; 2]> = BTreeMap::new();
+    for m in evidence.matches(model, pose, BANDS[2]) {
+        let key = [m.place.x, m.place.y, m.place.z].map(|x| (x / PATCH).floor() as i32);
+        *patches.entry(key).or_insert_with(Vector6::zeros) += m.slope * (m.weight * m.residual);
+        let face = [m.slope[0], m.slope[1], m.slope[2]].map(|x| (x * FACES).round() as i32);
+        let [known, left] = faces.entry((m.rim, face)).or_insert_with(|| [Vector6::zeros(); 2]);
+        *known += m.slope * (m.weight * m.shared);
+        *left += m.slope * (m.weight * m.residual);
     }
     let mut meat = sums.information;
-    for g in patches.values() {
+    for g in patches.values().chain(faces.values().flatten()) {
         meat.ger(1.0, g, g, 1.0);
     }
-    let shape = SHAPE_SD * SHAPE_SD * sums.weight;
-    let mut out = spread * meat * spread + spread * shape;
+    let mut out = spread * meat * spread;
     for direction in weak {
         out.ger(UNSEEN_SD * UNSEEN_SD, direction, direction, 1.0);
     }

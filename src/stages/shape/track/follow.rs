@@ -1,6 +1,8 @@
 //! Follows bodies through the images of one interaction.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::align::{Fit, align, verdicts};
 use super::foreign::Foreign;
@@ -28,7 +30,7 @@ pub struct Followed<'a> {
     /// Its name.
     pub name: String,
     /// Its surface.
-    pub model: Surfels,
+    pub model: Arc<Surfels>,
     /// World-from-link at the first view.
     pub home: Isometry3<f64>,
     /// Its track, where it was measured: it is then only kept apart from the others.
@@ -42,6 +44,8 @@ pub type Run = Vec<Option<Fit>>;
 struct Memory {
     last: Isometry3<f64>,
     before: Option<Isometry3<f64>>,
+    /// Where it stood at first. Friction holds what is not pushed, so that it is most often still there.
+    rest: Isometry3<f64>,
     /// Judged points that were there when it was first found.
     usual: Option<usize>,
     lost: bool,
@@ -78,11 +82,23 @@ pub fn follow_through(
     Ok(runs)
 }
 
+/// The fits as a track; rows in which the body was lost are missing.
+pub fn stream(time: &[f64], run: &Run) -> PoseStream {
+    let missing = Point3::new(f64::NAN, f64::NAN, f64::NAN);
+    let place = |f: &Option<Fit>| f.as_ref().map_or(missing, |f| f.pose.translation.vector.into());
+    PoseStream {
+        time: time.to_vec(),
+        position: run.iter().map(place).collect(),
+        rotation: run.iter().map(|f| f.as_ref().map(|f| f.pose.rotation)).collect(),
+    }
+}
+
 impl Memory {
     fn new(start: Isometry3<f64>) -> Self {
         Self {
             last: start,
             before: None,
+            rest: start,
             usual: None,
             lost: false,
         }
@@ -141,16 +157,23 @@ fn find(
     }
     let mut best: Option<Fit> = None;
     for start in starts(&guesses[k], memory) {
-        let pixels = pixels_of(picture, foreign, bodies, guesses, k, &start);
-        let Some(fit) = attempt(picture, &pixels, &bodies[k].model, &start) else {
+        let mine = |point: &Point3<f64>| belongs(foreign, bodies, guesses, k, &start, point);
+        let pixels = pixels_of(picture, foreign, &bodies[k].model, &start, &mine);
+        let Some(fit) = attempt(picture, &pixels, &mine, &bodies[k].model, &start) else {
             continue;
         };
         let enough = fit.matched >= LEAST_MATCHED.max((LEAST_LEFT * memory.usual.unwrap_or(0) as f64) as usize);
-        let better = best.as_ref().is_none_or(|b| fit.support > b.support + 0.02);
+        let better = best
+            .as_ref()
+            .is_none_or(|b| fit.score() > b.score() + 0.02 * b.matched as f64);
         if enough && fit.support >= LEAST_SUPPORT && better {
             best = Some(fit);
         }
-        if best.as_ref().is_some_and(|b| b.support > 0.85) {
+        let usual = memory.usual.unwrap_or(0) as f64;
+        if best
+            .as_ref()
+            .is_some_and(|b| b.support > 0.98 && b.matched as f64 > 0.95 * usual)
+        {
             break;
         }
     }
@@ -158,11 +181,14 @@ fn find(
     best
 }
 
-/// Places to start from: the guess, the last place, and around it once the body was lost.
+/// Places to start from: the guess, the last place, the first, and around the last once the body was lost.
 fn starts(guess: &Isometry3<f64>, memory: &Memory) -> Vec<Isometry3<f64>> {
     let mut out = vec![*guess];
     if memory.before.is_some() {
         out.push(memory.last);
+    }
+    if memory.last != memory.rest {
+        out.push(memory.rest);
     }
     if memory.lost {
         for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
@@ -178,24 +204,42 @@ fn starts(guess: &Isometry3<f64>, memory: &Memory) -> Vec<Isometry3<f64>> {
     out
 }
 
-fn attempt(picture: &Picture, pixels: &[Pixel], model: &Surfels, start: &Isometry3<f64>) -> Option<Fit> {
-    let mut fit = align(pixels, model, start)?;
+fn attempt(
+    picture: &Picture,
+    pixels: &[Pixel],
+    mine: &impl Fn(&Point3<f64>) -> bool,
+    model: &Surfels,
+    start: &Isometry3<f64>,
+) -> Option<Fit> {
+    let mut fit = align(picture, pixels, mine, model, start)?;
     let [there, through, ..] = verdicts(picture, model, &fit.pose, model.points.len() / JUDGED);
     fit.matched = there;
     fit.support = there as f64 / (there + through).max(1) as f64;
     Some(fit)
 }
 
-/// The pixels around a body that belong neither to the table, nor to the tool, nor to a body that is nearer.
-pub fn pixels_of(
-    picture: &Picture,
+/// Whether a reading can be of body `k`, thought to be at `start`: not of the tool, nor of a body that is nearer.
+fn belongs(
     foreign: &Foreign,
     bodies: &[Followed],
     guesses: &[Isometry3<f64>],
     k: usize,
     start: &Isometry3<f64>,
+    point: &Point3<f64>,
+) -> bool {
+    let own = distance(&bodies[k].model, start, point);
+    let nearer = |j: usize| j == k || distance(&bodies[j].model, &guesses[j], point) > own;
+    own.is_finite() && !foreign.on_tool(point) && (0..bodies.len()).all(nearer)
+}
+
+/// The pixels around a body that are `mine` and not of the table.
+fn pixels_of(
+    picture: &Picture,
+    foreign: &Foreign,
+    model: &Surfels,
+    start: &Isometry3<f64>,
+    mine: &impl Fn(&Point3<f64>) -> bool,
 ) -> Vec<Pixel> {
-    let model = &bodies[k].model;
     let grown = model.corners(start).map(|p| {
         let out = p - start * model.center;
         p + out.normalize() * MARGIN
@@ -205,25 +249,17 @@ pub fn pixels_of(
     };
     let area = ((x1 - x0 + 1) * (y1 - y0 + 1)) as f64;
     let stride = (area / PIXELS).sqrt().ceil().max(1.0) as usize;
-    let others: Vec<usize> = (0..bodies.len()).filter(|j| *j != k).collect();
-    let mine = |pixel: &Pixel| {
-        let own = distance(model, start, pixel);
-        own.is_finite()
-            && others
-                .iter()
-                .all(|j| distance(&bodies[*j].model, &guesses[*j], pixel) > own)
-    };
     (y0..=y1)
         .step_by(stride)
         .flat_map(|y| (x0..=x1).step_by(stride).map(move |x| (x, y)))
         .filter_map(|(x, y)| picture.pixel(x, y))
-        .filter(|pixel| !foreign.on_table(pixel) && !foreign.on_tool(&pixel.point) && mine(pixel))
+        .filter(|pixel| !foreign.on_table(pixel) && mine(&pixel.point))
         .collect()
 }
 
-/// Distance of a pixel to the nearest point of a surface; infinite where that is far.
-pub fn distance(model: &Surfels, pose: &Isometry3<f64>, pixel: &Pixel) -> f64 {
-    let q = pose.inverse_transform_point(&pixel.point);
+/// Distance of a point of the world to the nearest point of a surface; infinite where that is far.
+fn distance(model: &Surfels, pose: &Isometry3<f64>, point: &Point3<f64>) -> f64 {
+    let q = pose.inverse_transform_point(point);
     model
         .nearest(&q)
         .map_or(f64::INFINITY, |i| (model.points[i] - q).norm())

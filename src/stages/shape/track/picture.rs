@@ -64,7 +64,8 @@ impl<'a> Picture<'a> {
         (self.camera.depth_sd.unwrap_or(ASSUMED_DEPTH_SD) * depth * depth).hypot(step)
     }
 
-    fn depth(&self, x: i64, y: i64) -> Option<f64> {
+    /// The reading of a pixel, m along the optical axis; nothing where there is none.
+    pub fn depth(&self, x: i64, y: i64) -> Option<f64> {
         let (w, h) = (i64::from(self.camera.width), i64::from(self.camera.height));
         if x < 0 || y < 0 || x >= w || y >= h {
             return None;
@@ -77,8 +78,8 @@ impl<'a> Picture<'a> {
     fn slope(&self, (x, y): (i64, i64), z: f64, (dx, dy): (i64, i64)) -> Option<f64> {
         let before = self.depth(x - REACH * dx, y - REACH * dy)?;
         let after = self.depth(x + REACH * dx, y + REACH * dy)?;
-        let step = 3.0 * REACH as f64 * z / self.camera.fx + 4.0 * self.sd(z);
-        let bend = (before + after - 2.0 * z).abs();
+        let step = 6.0 * REACH as f64 * z / self.camera.fx + 4.0 * self.sd(z);
+        let bend = (1.0 / before + 1.0 / after - 2.0 / z).abs() * z * z;
         let fits = (after - z).abs() < step && (before - z).abs() < step && bend < 6.0 * self.sd(z) + 3e-4;
         fits.then(|| (1.0 / after - 1.0 / before) / (2 * REACH) as f64)
     }
@@ -103,8 +104,30 @@ impl<'a> Picture<'a> {
         })
     }
 
-    /// Pixel coordinates of a point of the world in front of the camera.
-    fn place(&self, p: &Point3<f64>) -> Option<(f64, f64, f64)> {
+    /// The point of the world that the pixel nearest to `(u, v)` reads.
+    pub fn read(&self, u: f64, v: f64) -> Option<Point3<f64>> {
+        let z = self.depth(u.round() as i64, v.round() as i64)?;
+        let (x, y) = unproject(self.camera, u, v);
+        Some(self.world_from_camera * Point3::new(x * z, y * z, z))
+    }
+
+    /// Width of a pixel at a depth, m.
+    pub fn pixel_size(&self, z: f64) -> f64 {
+        z / self.camera.fx
+    }
+
+    /// The point of the world at depth `z` behind image coordinates, and the derivative, pixels per metre, of its image
+    /// along the direction `(mx, my)` of the image by its place in the world.
+    pub fn moves_by(&self, (u, v): (f64, f64), z: f64, (mx, my): (f64, f64)) -> (Point3<f64>, Vector3<f64>) {
+        let (x, y) = unproject(self.camera, u, v);
+        let (gx, gy) = (mx * self.camera.fx / z, my * self.camera.fy / z);
+        let gradient = Vector3::new(gx, gy, -(gx * x + gy * y));
+        let place = self.world_from_camera * Point3::new(x * z, y * z, z);
+        (place, self.world_from_camera.rotation * gradient)
+    }
+
+    /// Pixel coordinates of a point of the world in front of the camera, and its depth.
+    pub fn place(&self, p: &Point3<f64>) -> Option<(f64, f64, f64)> {
         let c = self.camera_from_world * p;
         if c.z < 0.02 {
             return None;
@@ -130,6 +153,14 @@ impl<'a> Picture<'a> {
         let (u, v, z) = self.place(p)?;
         let seen = self.depth(u.round() as i64, v.round() as i64)?;
         Some(self.eye() + (p - self.eye()) * (seen / z))
+    }
+
+    /// Whether the camera saw past a point: the pixel that shows it, and its eight neighbours, read well behind.
+    pub fn clear_behind(&self, p: &Point3<f64>) -> bool {
+        let Some((u, v, z)) = self.place(p) else { return false };
+        let (x, y) = (u.round() as i64, v.round() as i64);
+        let limit = z + 0.003 + 3.0 * self.sd(z);
+        (-1..=1).all(|dy| (-1..=1).all(|dx| self.depth(x + dx, y + dy).is_some_and(|seen| seen > limit)))
     }
 
     /// Whether the surface point `p` that faces `normal` (unit, world) is there; `tolerance` along the normal, m.

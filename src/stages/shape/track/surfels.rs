@@ -13,6 +13,9 @@ const MOST_CELLS: f64 = 2.5e6;
 /// Largest edge of a triangle that is not divided, m.
 const LARGEST_EDGE: f64 = 0.004;
 
+/// Rings of vertices beside what was not seen that make no outline.
+const MARGIN: usize = 2;
+
 /// Oriented points of a surface in the frame of its body.
 #[derive(Clone, Debug)]
 pub struct Surfels {
@@ -24,6 +27,8 @@ pub struct Surfels {
     pub center: Point3<f64>,
     /// Root mean square distance from the middle, m.
     pub radius: f64,
+    /// The surface as triangles, with what was concluded rather than seen.
+    pub skin: Mesh,
     low: Point3<f64>,
     cell: f64,
     size: [usize; 3],
@@ -31,8 +36,9 @@ pub struct Surfels {
 }
 
 impl Surfels {
-    /// Of given points; nothing without any.
-    pub fn new(points: Vec<Point3<f64>>, normals: Vec<Vector3<f64>>) -> Option<Self> {
+    /// Of given points on a skin; nothing without any.
+    pub fn new(points: Vec<Point3<f64>>, normals: Vec<Vector3<f64>>, mut skin: Mesh) -> Option<Self> {
+        keep_from_unseen(&mut skin);
         let first = *points.first()?;
         let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
         let center = Point3::from(points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64);
@@ -46,6 +52,7 @@ impl Surfels {
             normals,
             center,
             radius: spread.sqrt().max(1e-3),
+            skin,
             low,
             cell,
             size,
@@ -64,6 +71,7 @@ impl Surfels {
         Self::new(
             kept.iter().map(|v| fine.vertices[*v]).collect(),
             kept.iter().map(|v| normals[*v]).collect(),
+            mesh.clone(),
         )
     }
 
@@ -150,6 +158,22 @@ impl Surfels {
             let part = |bit: usize| if m & bit == 0 { 0.0 } else { 1.0 };
             pose * (low + extent.component_mul(&Vector3::new(part(1), part(2), part(4))))
         })
+    }
+}
+
+/// Where what was seen of a surface ends, the surface may go on: no outline of a body is looked for there.
+fn keep_from_unseen(skin: &mut Mesh) {
+    if skin.seen.is_empty() {
+        return;
+    }
+    let edges = unique_edges(skin);
+    for _ in 0..MARGIN {
+        let before = skin.seen.clone();
+        for (a, b) in edges.iter().map(|(a, b)| (*a as usize, *b as usize)) {
+            if !before[a] || !before[b] {
+                (skin.seen[a], skin.seen[b]) = (false, false);
+            }
+        }
     }
 }
 

@@ -2,13 +2,14 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3};
 
 use super::super::{Config, ShapedObject, Shapes};
 use super::divide::divide;
-use super::follow::{Followed, Run, follow_through};
-use super::parts::{Filmed, two_parts};
+use super::follow::{Followed, Run, follow_through, stream};
+use super::parts::{Filmed, Filming, two_parts};
 use super::surfels::Surfels;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::{Capture, Kind, PoseStream};
@@ -34,6 +35,20 @@ pub struct VisualTrack {
     /// Directions of motion that no image of the interaction constrained; their covariance is large and the track
     /// keeps them as they were.
     pub unseen: usize,
+}
+
+impl VisualTrack {
+    /// Standard deviations along an axis of the place (m) and of the turn (rad), medians over the images.
+    #[must_use]
+    pub fn spread(&self) -> Option<[f64; 2]> {
+        let middle = |first: usize| {
+            let variance = |c: &Matrix6<f64>| c.fixed_view::<3, 3>(first, first).trace() / 3.0;
+            let mut all: Vec<f64> = self.covariance.iter().flatten().map(variance).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).map(|v| v.sqrt())
+        };
+        Some([middle(0)?, middle(3)?])
+    }
 }
 
 /// The capture with the tracks that its images give.
@@ -74,13 +89,14 @@ pub fn follow<'a>(
             if capture.prior(&object.name).is_some_and(|p| p.mesh.is_some()) {
                 continue;
             }
-            let labels = two_parts(
+            let scene = Filming {
                 capture,
-                &films,
-                (&bodies, &runs),
-                (which, &object.mesh),
-                shapes.support.as_ref(),
-            )?;
+                films: &films,
+                bodies: &bodies,
+                runs: &runs,
+                support: shapes.support.as_ref(),
+            };
+            let labels = two_parts(&scene, which, &object.mesh)?;
             let Some(labels) = labels else { continue };
             match divide(&object.mesh, &labels, config.voxel) {
                 Some(parts) => found.push((object.name.clone(), parts)),
@@ -139,7 +155,7 @@ fn bodies<'a>(_capture: &'a Capture, shapes: &Shapes, films: &[Filmed<'a>]) -> V
         .filter_map(|object| {
             Some(Followed {
                 name: object.name.clone(),
-                model: Surfels::of_mesh(&object.mesh)?,
+                model: Arc::new(Surfels::of_mesh(&object.mesh)?),
                 home: object.world_from_link.0,
                 track: track(&object.name),
             })
@@ -199,6 +215,15 @@ fn tracks(films: &[Filmed], bodies: &[Followed], runs: &[Vec<Run>], notices: &mu
                 );
                 notices.note("shape", &body.name, words);
             }
+            if let Some([place, turn]) = track.spread() {
+                let words = format!(
+                    "its track in {name} was made from {} images, not measured: to {:.2} mm and {:.2} degrees (1 sd)",
+                    run.len() - lost,
+                    1e3 * place,
+                    turn.to_degrees()
+                );
+                notices.note("shape", &body.name, words);
+            }
             out.push(track);
         }
     }
@@ -206,20 +231,12 @@ fn tracks(films: &[Filmed], bodies: &[Followed], runs: &[Vec<Run>], notices: &mu
 }
 
 fn track_of(interaction: &str, body: &str, time: &[f64], run: &Run) -> VisualTrack {
-    let missing = Point3::new(f64::NAN, f64::NAN, f64::NAN);
     let mut unseen: Vec<usize> = run.iter().flatten().map(|f| f.unseen).collect();
     unseen.sort_unstable();
     VisualTrack {
         interaction: interaction.into(),
         body: body.into(),
-        track: PoseStream {
-            time: time.to_vec(),
-            position: run
-                .iter()
-                .map(|f| f.as_ref().map_or(missing, |f| f.pose.translation.vector.into()))
-                .collect(),
-            rotation: run.iter().map(|f| f.as_ref().map(|f| f.pose.rotation)).collect(),
-        },
+        track: stream(time, run),
         covariance: run.iter().map(|f| f.as_ref().map(|f| f.covariance)).collect(),
         unseen: unseen.get(unseen.len() / 2).copied().unwrap_or(0),
     }

@@ -20,7 +20,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("learning", &["base", "math", "capture", "twin", "physics", "lab"]),
     ("pipeline", &["base", "capture", "twin", "stages"]),
     ("export", &["base", "geometry", "twin"]),
-    ("report", &["base", "math", "capture", "twin", "stages", "pipeline"]),
+    (
+        "report",
+        &["base", "math", "capture", "twin", "stages", "pipeline", "export"],
+    ),
     (
         "cli",
         &[

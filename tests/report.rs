@@ -7,11 +7,11 @@ use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use palpate::base::{Confounded, Estimate, Notice, Pose, Severity};
-use palpate::capture::{Capture, Interaction, Kind, Noise, Phase, PhaseKind, Segmented};
+use palpate::capture::{Capture, Interaction, Kind, Noise, Phase, PhaseKind, PoseStream, Segmented, WrenchStream};
 use palpate::geometry::Mesh;
 use palpate::pipeline::Run;
 use palpate::report::render;
-use palpate::stages::diagnosis::{Curve, Quantity, Trace};
+use palpate::stages::diagnosis::{Curve, Path, Quantity, Trace};
 use palpate::twin::{
     BaseFit, Body, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, FORMAT, Finding, Gain, Joint,
     JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SupportPlane, SymmetryPlane, Twin,
@@ -266,6 +266,7 @@ fn traces() -> Vec<Trace> {
             held_out: true,
             remark: Some(EVIL.into()),
             curves: curves.collect(),
+            ..Trace::default()
         },
         Trace {
             interaction: EVIL.into(),
@@ -424,7 +425,9 @@ fn the_same_run_gives_the_same_bytes_and_no_clock_shows() {
 #[test]
 fn a_small_run_makes_a_small_page() {
     let page = page();
-    assert!(page.len() < 900_000, "{} bytes", page.len());
+    let viewer = include_str!("../src/report/assets/viewer.js").len();
+    assert!(viewer < 2_600_000, "{viewer} bytes of viewer and engine");
+    assert!(page.len() - viewer < 300_000, "{} bytes", page.len() - viewer);
     // At most 300 dots per curve, 5 curves with readings.
     let dots = markup(&page).matches("h0").count();
     assert!((500..5 * 300 + 100).contains(&dots), "{dots} dots");
@@ -454,6 +457,70 @@ fn the_page_says_what_was_found() {
     for words in said {
         assert!(text.contains(words), "{words}");
     }
+}
+
+/// The JSON that the page carries.
+fn scene_data(page: &str) -> serde_json::Value {
+    let head = "id=\"scene-data\">";
+    let from = page.find(head).expect("data") + head.len();
+    let to = from + page[from..].find("</script>").expect("an end");
+    serde_json::from_str(&page[from..to]).expect("JSON")
+}
+
+#[test]
+fn the_engine_is_given_the_numbers_of_the_exports() {
+    let data = scene_data(&page());
+    let parts = data["physics"]["parts"].as_array().expect("parts");
+    assert_eq!(parts.len(), 3);
+    let arm = parts.iter().find(|p| p["link"] == "arm").expect("the arm");
+    assert_eq!(arm["mass"], 0.2134);
+    // What turns has its frame on the joint: 50 mm along x and 20 mm up, so the link's origin is off by the rest.
+    assert_eq!(arm["pose"][0], 0.05);
+    assert_eq!(arm["origin"], serde_json::json!([0.05, 0.0, -0.02]));
+    assert_eq!(arm["joint"]["motion"]["range"], serde_json::json!([-0.6, 0.7]));
+    assert_eq!(arm["joint"]["motion"]["friction"], 0.03);
+    assert_eq!(
+        parts[arm["joint"]["parent"].as_u64().expect("a parent") as usize]["link"],
+        "base"
+    );
+    assert_eq!(arm["hulls"][0], data["links"][1]["parts"][0]["file"]);
+}
+
+#[test]
+fn a_touch_is_seen_again_with_what_was_measured_predicted_and_felt() {
+    let mut capture = capture();
+    let mut run = run();
+    let time: Vec<f64> = (0..500).map(|i| 5.0 + 0.01 * f64::from(i)).collect();
+    let at = |t: &f64| Point3::new(0.01 * (t - 5.0), 0.0, 0.0);
+    let stream = PoseStream {
+        time: time.clone(),
+        position: time.iter().map(at).collect(),
+        rotation: vec![Some(Isometry3::identity().rotation); time.len()],
+    };
+    let still = PoseStream {
+        position: vec![Point3::origin(); time.len()],
+        ..stream.clone()
+    };
+    capture.interactions[0].force = Some(WrenchStream {
+        time: time.clone(),
+        force: vec![Vector3::new(2.0, 0.0, 0.0); time.len()],
+        torque: None,
+    });
+    capture.interactions[0].tracks = BTreeMap::from([("base".into(), stream), ("arm".into(), still)]);
+    let poses = time.iter().map(|t| Pose(Isometry3::translation(at(t).x, 1e-3, 0.0)));
+    let path = Path {
+        poses: poses.collect(),
+        time,
+    };
+    run.traces[0].paths = BTreeMap::from([("base".into(), path)]);
+    let data = scene_data(&render(&capture, &run).expect("a page"));
+    let replay = &data["replays"][0];
+    assert_eq!(replay["name"], "push");
+    let measured = replay["measured"].as_object().expect("paths");
+    assert_eq!(measured.len(), 1, "what stays is left out");
+    assert_eq!(measured["base"]["lasts"], 4.99);
+    assert_eq!(replay["predicted"]["base"]["low"][1], 1e-3);
+    assert_eq!(replay["force"]["low"][0], 2.0);
 }
 
 #[test]

@@ -86,6 +86,20 @@ pub enum Command {
         #[arg(long)]
         timings: bool,
     },
+    /// Say what a model gets wrong of a capture, why, by how much, and what would decide; writes nothing
+    #[command(
+        after_help = "Example:\n  palpate diagnose capture\n  palpate diagnose capture --model twin --causes support-tilt,viscous-friction"
+    )]
+    Diagnose {
+        /// The capture's folder
+        capture: PathBuf,
+        /// The folder of a twin to diagnose (default: a fresh fit)
+        #[arg(long)]
+        model: Option<PathBuf>,
+        /// The only causes that may be named, with commas (default: all)
+        #[arg(long, value_delimiter = ',')]
+        causes: Vec<String>,
+    },
     /// Choose views and touches by itself, with the lab or a robot, until nothing more is worth its while; then
     /// reconstruct what was gathered
     #[command(

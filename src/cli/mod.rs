@@ -4,6 +4,7 @@ mod arguments;
 mod calibrate;
 mod check;
 mod demo;
+mod diagnose;
 mod explore;
 mod export;
 mod inspect;

@@ -6,7 +6,8 @@ use clap::Parser;
 
 use super::arguments::{Arguments, Command};
 use super::{
-    calibrate, check, demo, explore, export, inspect, output, reconstruct, schema, score, simulate, synth, view,
+    calibrate, check, demo, diagnose, explore, export, inspect, output, reconstruct, schema, score, simulate, synth,
+    view,
 };
 use crate::base::{Error, Result};
 
@@ -52,6 +53,7 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
             };
             reconstruct::reconstruct(common, capture, out, &request)
         }
+        Command::Diagnose { capture, model, causes } => diagnose::diagnose(common, capture, model.as_deref(), causes),
         Command::Explore { rig, out, budget } => explore::explore(common, rig, out, *budget),
         Command::Inspect { capture } => inspect::inspect(common, capture),
         Command::Schema { format } => schema::schema(format),

@@ -3,6 +3,7 @@
 mod assemble;
 mod build;
 mod calibrate;
+mod diagnose;
 mod explore;
 mod options;
 mod pass;
@@ -11,6 +12,7 @@ mod touches;
 
 pub use build::{Run, build};
 pub use calibrate::calibrate_friction;
+pub use diagnose::diagnose;
 pub use explore::{Exploration, ExploreOptions, Step, explore};
 pub use options::Options;
 pub use pass::Pass;

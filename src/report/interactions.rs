@@ -47,6 +47,7 @@ fn block(capture: &Capture, run: &Run, trace: &Trace) -> String {
         .as_ref()
         .map(|r| format!("<p class=\"remark\">{}</p>\n", escape(r)))
         .unwrap_or_default();
+    let name = escape(&trace.interaction);
     let start = start(segmented, trace);
     let plots: String = trace.curves.iter().map(|c| figure(c, segmented, start)).collect();
     let plots = if plots.is_empty() {
@@ -55,9 +56,8 @@ fn block(capture: &Capture, run: &Run, trace: &Trace) -> String {
         format!("<div class=\"plots\">\n{plots}</div>\n")
     };
     format!(
-        "<details class=\"interaction\"{open}>\n<summary><span class=\"title\">{}</span> <span class=\"tag kind\">{kind}</span>{target}{held}{}</summary>\n\
+        "<details class=\"interaction\"{open} data-touch=\"{name}\">\n<summary><span class=\"title\">{name}</span> <span class=\"tag kind\">{kind}</span>{target}{held}{}</summary>\n\
          {remark}{plots}</details>\n",
-        escape(&trace.interaction),
         strip(segmented)
     )
 }

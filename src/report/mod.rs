@@ -13,6 +13,7 @@ mod numbers;
 mod pack;
 mod page;
 mod plots;
+mod replay;
 mod rows;
 mod scale;
 mod scene;

@@ -18,7 +18,7 @@ const VIEWER: &str = include_str!("assets/viewer.js");
 /// [`Error::Failed`] where the scene cannot be written as JSON.
 pub fn render(capture: &Capture, run: &Run) -> Result<String> {
     let title = escape(&run.model.twin.name);
-    let data = scene::data(run).map_err(|e| Error::Failed(format!("report: the scene: {e}")))?;
+    let data = scene::data(capture, run).map_err(|e| Error::Failed(format!("report: the scene: {e}")))?;
     let mut body = header::section(capture, run);
     body.push_str(&scene::section(run));
     body.push_str(&estimates::section(run));

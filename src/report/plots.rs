@@ -7,7 +7,7 @@ use crate::capture::{Phase, PhaseKind, Segmented};
 use crate::stages::diagnosis::Curve;
 
 const WIDTH: f64 = 380.0;
-const HEIGHT: f64 = 168.0;
+const HEIGHT: f64 = 178.0;
 const LEFT: f64 = 46.0;
 const RIGHT: f64 = 372.0;
 const TOP: f64 = 14.0;
@@ -149,15 +149,19 @@ fn axes(x: &Scale, y: &Scale, start: f64) -> String {
     let (values, decimals) = own.ticks(5.0);
     for v in &values {
         let at = own.at(*v);
-        let unit = if Some(v) == values.last() { " s" } else { "" };
         let class = if at > RIGHT - 14.0 { "x end" } else { "x" };
         out.push_str(&format!(
-            "<path class=\"tick\" d=\"M{at:.1} {BOTTOM}v4\"/><text class=\"{class}\" x=\"{:.1}\" y=\"{:.0}\">{}{unit}</text>",
+            "<path class=\"tick\" d=\"M{at:.1} {BOTTOM}v4\"/><text class=\"{class}\" x=\"{:.1}\" y=\"{:.0}\">{}</text>",
             if class == "x" { at } else { RIGHT + 6.0 },
             BOTTOM + 17.0,
             fixed(*v, decimals)
         ));
     }
+    out.push_str(&format!(
+        "<text class=\"x\" x=\"{:.0}\" y=\"{:.0}\">time, s</text>",
+        0.5 * (LEFT + RIGHT),
+        BOTTOM + 33.0
+    ));
     out.push_str(&format!("<path class=\"axis\" d=\"M{LEFT} {BOTTOM}H{RIGHT}\"/>"));
     out
 }

@@ -1,6 +1,7 @@
 //! Belief: the digital twin as data, readable without the rig that measured it (`docs/twin-format.md`).
 
 mod body;
+mod cause;
 mod diagnosis;
 mod file;
 mod joint;
@@ -16,6 +17,7 @@ mod symmetry;
 mod truth;
 
 pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares};
+pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, write_twin};
 pub use joint::{Joint, JointAlternative, JointKind};

@@ -1,14 +1,17 @@
-// Opens a report.html from its file in a browser without a network, and fails on any console error or request.
+// Opens a report.html from its file in a browser without a network, and fails on any console error or request, on a page that
+// is too large or too slow, and where the things of the demo's scene do not do what their twin says.
 //
 //   npm install playwright-core        (anywhere; then NODE_PATH or a node_modules beside this file)
 //   node tests/browser/page.mjs REPORT.html [FOLDER for the pictures]
 //
 // CHROMIUM names the browser (default /usr/bin/chromium).
-import { mkdtempSync, mkdirSync, rmSync } from 'node:fs';
+import { mkdtempSync, mkdirSync, rmSync, statSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
+import { alteredPages } from './altered.mjs';
+import { fingers, Touch } from './touch.mjs';
 
 const roots = [process.cwd(), ...(process.env.NODE_PATH || '').split(path.delimiter)].filter(Boolean);
 const { chromium } = createRequire(import.meta.url)(
@@ -31,7 +34,14 @@ const sizes = [
   { name: 'no-webgl', viewport: { width: 1280, height: 900 }, colorScheme: 'light', args: ['--disable-gpu', '--disable-3d-apis', '--disable-software-rasterizer'] },
 ];
 
+// Bars for the demo's page.
+const MOST_BYTES = 8e6;
+const MOST_SECONDS = 3;
+
 const faults = [];
+// The page that may be loaded; any file while altered pages are.
+let home = address;
+const said = [];
 
 async function look({ name, args = webgl, ...options }) {
   const profile = mkdtempSync(path.join(tmpdir(), 'page-'));
@@ -43,9 +53,9 @@ async function look({ name, args = webgl, ...options }) {
     const fault = (text) => faults.push(`${name}: ${text}`);
     page.on('console', (m) => ['error', 'warning'].includes(m.type()) && !harmless(m.text()) && fault(`console ${m.type()}: ${m.text()}`));
     page.on('pageerror', (e) => fault(`uncaught: ${e.message}`));
-    page.on('request', (r) => r.url() !== address && !/^(data|blob):/.test(r.url()) && fault(`request: ${r.url()}`));
-    await page.goto(address);
-    await page.waitForFunction(() => window.palpateReady === true, null, { timeout: 60000 });
+    page.on('request', (r) => (home ? r.url() !== home : !r.url().startsWith('file:')) && !/^(data|blob):/.test(r.url()) && fault(`request: ${r.url()}`));
+    await open(page, name, fault);
+    if (name !== 'no-webgl' && (await page.evaluate(() => window.palpate?.running()))) fault('something runs before it is touched');
     await check(page, name, fault);
     mkdirSync(out, { recursive: true });
     await page.waitForTimeout(500);
@@ -56,10 +66,29 @@ async function look({ name, args = webgl, ...options }) {
       await part.screenshot({ path: path.join(out, `${name}-${await part.getAttribute('id')}.png`) });
     }
     if (name === 'desktop') await exercise(page, fault);
+    if (name === 'desktop-dark' && (await isDemo(page))) {
+      home = '';
+      await alteredPages(page, report, out, (right, words) => new Touch(page, fault, out, said).check(right, words));
+      home = address;
+    }
+    if (name === 'phone' && (await isDemo(page))) await fingers(page, fault, said);
   } finally {
     await context.close();
     rmSync(profile, { recursive: true, force: true });
   }
+}
+
+// The page is judged by the quickest of three loads: what else the machine does is not of the page's making.
+async function open(page, name, fault) {
+  const all = [];
+  for (let i = 0; i < (name === 'desktop' ? 3 : 1); i++) {
+    const began = performance.now();
+    await page.goto(address);
+    await page.waitForFunction(() => window.palpateReady === true, null, { timeout: 60000 });
+    all.push((performance.now() - began) / 1000);
+  }
+  said.push(`${name}: loaded and drawn in ${all.map((s) => `${s.toFixed(2)} s`).join(', ')}`);
+  if (name === 'desktop' && Math.min(...all) > MOST_SECONDS) fault(`loads in ${Math.min(...all).toFixed(2)} s, at most ${MOST_SECONDS}`);
 }
 
 // What the software renderer says of itself is not of the page's making.
@@ -100,9 +129,32 @@ async function exercise(page, fault) {
     return canvas.width < 2 || canvas.height < 2;
   });
   if (empty) fault('the canvas has no size');
+  if (await isDemo(page)) await handle(page, fault);
 }
 
+async function isDemo(page) {
+  const names = await page.evaluate(() => window.palpate?.bodies().map((b) => b.name) || []);
+  return ['box', 'flap', 'drawer', 'glued-upper', 'loose-upper'].every((n) => names.includes(n));
+}
+
+/** What hands do to the demo's things. */
+async function handle(page, fault) {
+  const touch = new Touch(page, fault, out, said);
+  await touch.pick('glued-upper', 'glued-lower', true);
+  await touch.pick('loose-upper', 'loose-lower', false);
+  await touch.opens('flap', 'post_flap', 0.5);
+  await touch.opens('drawer', 'carcass_drawer', 0.05);
+  await touch.pushes('box', [1, 0, 0]);
+  await touch.mouse();
+  await touch.keyboard('mug');
+  await touch.replays();
+}
+
+const bytes = statSync(report).size;
+said.push(`${(bytes / 1e6).toFixed(2)} MB`);
+if (bytes > MOST_BYTES) faults.push(`${bytes} bytes, at most ${MOST_BYTES}`);
 for (const size of sizes) await look(size);
+console.log(said.join('\n'));
 if (faults.length) {
   console.error(faults.join('\n'));
   process.exit(1);

@@ -151,5 +151,26 @@ export function buildJoints(stage, data, links) {
     joints.forEach((j) => { j.marks.matrixWorldNeedsUpdate = true; });
     stage.draw();
   }
-  return { list: joints, move };
+  /** Every joint where it was at the first view. */
+  function home() {
+    joints.forEach((j) => {
+      j.freedoms.forEach((f) => { f.value = 0; });
+      j.shown?.();
+    });
+    move();
+  }
+
+  /** Marks and sliders after links that something else moved; `valueOf` tells a joint's position where it has one. */
+  function follow(valueOf) {
+    for (const joint of joints) {
+      const parent = byName(joint.data.parent);
+      if (parent) joint.marks.matrix.copy(parent.group.matrix).multiply(parent.start.clone().invert());
+      joint.marks.matrixWorldNeedsUpdate = true;
+      const value = joint.freedoms.length === 1 ? valueOf(joint.data.name) : null;
+      if (value === null) continue;
+      joint.freedoms[0].value = value;
+      joint.shown?.();
+    }
+  }
+  return { list: joints, move, home, follow };
 }

@@ -44,8 +44,13 @@ function visual(link) {
   return mesh;
 }
 
-function collision(link) {
-  const group = new Group();
+/** The convex parts, built when they are first shown. */
+export function showParts(link, on) {
+  if (on && !link.parts.children.length) fill(link.parts, link.data);
+  link.parts.visible = on;
+}
+
+function fill(group, link) {
   link.parts.forEach((part, i) => {
     const geometry = surface(part, false);
     const color = PARTS[i % PARTS.length];
@@ -53,8 +58,6 @@ function collision(link) {
     const edges = new LineSegments(new EdgesGeometry(geometry, 25), new LineBasicMaterial({ color, transparent: true, opacity: 0.9 }));
     group.add(body, edges);
   });
-  group.visible = false;
-  return group;
 }
 
 export function poseMatrix(p) {
@@ -66,11 +69,12 @@ export function buildLinks(stage, data) {
     const group = new Group();
     group.matrixAutoUpdate = false;
     group.matrix.copy(poseMatrix(link.pose));
-    const out = { data: link, group, mesh: null, parts: collision(link), start: group.matrix.clone() };
+    const out = { data: link, group, mesh: null, parts: new Group(), start: group.matrix.clone() };
     if (link.mesh) {
       out.mesh = visual(link);
       group.add(out.mesh);
     }
+    out.parts.visible = false;
     group.add(out.parts);
     stage.scene.add(group);
     return out;

@@ -1,11 +1,6 @@
 // Switches and sliders beside the scene.
-
-function element(name, attributes = {}, ...children) {
-  const out = document.createElement(name);
-  Object.entries(attributes).forEach(([key, value]) => out.setAttribute(key, value));
-  out.append(...children);
-  return out;
-}
+import { element } from './dom.js';
+import { showParts } from './links.js';
 
 function toggle(box, text, on, change, hint) {
   const input = element('input', { type: 'checkbox' });
@@ -15,12 +10,13 @@ function toggle(box, text, on, change, hint) {
 }
 
 function amount(freedom, value) {
-  const minus = value < 0 ? '\u2212' : '';
-  if (freedom.kind === 'r') return `${minus}${Math.abs((value * 180) / Math.PI).toFixed(1)}\u00b0`;
-  return `${minus}${Math.abs(1000 * value).toFixed(1)} mm`;
+  const turns = freedom.kind === 'r';
+  const size = Math.abs(turns ? (value * 180) / Math.PI : 1000 * value).toFixed(1);
+  const minus = value < 0 && Number(size) ? '\u2212' : '';
+  return `${minus}${size}${turns ? '\u00b0' : ' mm'}`;
 }
 
-function slider(box, joints, joint, freedom, several) {
+function slider(box, joints, joint, freedom, several, before) {
   const [low, high] = freedom.range;
   const input = element('input', { type: 'range', min: low, max: high, step: (high - low) / 400 });
   const name = several ? `${joint.data.name} (${freedom.kind === 'r' ? 'turn' : 'slide'})` : joint.data.name;
@@ -28,20 +24,23 @@ function slider(box, joints, joint, freedom, several) {
   input.setAttribute('aria-label', `Move ${name}`);
   const shown = element('output', {}, amount(freedom, 0));
   input.addEventListener('input', () => {
+    before();
     freedom.value = Number(input.value);
     shown.textContent = amount(freedom, freedom.value);
     joints.move();
   });
   const kind = element('span', { class: 'muted' }, ` ${joint.data.kind}`);
   box.append(element('label', { class: 'slider' }, element('span', { class: 'slider-name' }, name, kind, shown), input));
-  return () => {
-    input.value = 0;
-    freedom.value = 0;
-    shown.textContent = amount(freedom, 0);
+  const earlier = joint.shown;
+  joint.shown = () => {
+    earlier?.();
+    input.value = freedom.value;
+    shown.textContent = amount(freedom, freedom.value);
   };
 }
 
-export function buildPanel(root, stage, { links, joints, marks }) {
+/** `moving` is called before a slider moves a joint. */
+export function buildPanel(root, stage, { links, joints, marks, moving, home }) {
   const switches = root.querySelector('.scene-switches');
   const show = (objects) => (on) => {
     objects.forEach((o) => { o.visible = on; });
@@ -57,7 +56,7 @@ export function buildPanel(root, stage, { links, joints, marks }) {
   if (links.some((l) => l.data.parts.length)) {
     toggle(switches, 'Collision parts', false, (on) => {
       for (const link of links) {
-        link.parts.visible = on;
+        showParts(link, on);
         if (!link.mesh) continue;
         link.mesh.visible = !(on && link.data.parts.length);
       }
@@ -75,14 +74,12 @@ export function buildPanel(root, stage, { links, joints, marks }) {
   }
   if (marks.planes.length) toggle(switches, 'Symmetry', false, show(marks.planes), 'Planes of reflection, the best three of each link');
   const sliders = root.querySelector('.scene-sliders');
-  const resets = [];
   for (const joint of movable) {
-    joint.freedoms.forEach((f) => resets.push(slider(sliders, joints, joint, f, joint.freedoms.length > 1)));
+    joint.freedoms.forEach((f) => slider(sliders, joints, joint, f, joint.freedoms.length > 1, moving));
   }
   const again = element('button', { type: 'button', class: 'plain' }, 'Start view');
   again.addEventListener('click', () => {
-    resets.forEach((reset) => reset());
-    joints.move();
+    home();
     stage.home();
   });
   switches.append(again);

@@ -20,8 +20,8 @@ export class Stage {
     this.renderer.shadowMap.type = PCFShadowMap;
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;
-    canvas.setAttribute('role', 'img');
-    canvas.setAttribute('aria-label', `The scene ${data.name} in three dimensions. Arrow keys turn it, plus and minus zoom, zero looks at all of it again.`);
+    canvas.setAttribute('role', 'application');
+    canvas.setAttribute('aria-label', `The scene ${data.name} in three dimensions. Arrow keys turn it, plus and minus zoom, zero looks at all of it again. N and P choose a thing, Enter takes it and lets it go.`);
     view.prepend(canvas);
     this.canvas = canvas;
     this.camera = new PerspectiveCamera(32, 1, 0.005, 50);
@@ -186,7 +186,12 @@ export class Stage {
       '-': () => this.turn(0, 0, 1 / 0.88), 0: () => this.home(),
     };
     this.canvas.addEventListener('keydown', (event) => {
-      if (!act[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      if (this.onKey?.(event)) {
+        event.preventDefault();
+        return;
+      }
+      if (!act[event.key]) return;
       act[event.key]();
       event.preventDefault();
     });

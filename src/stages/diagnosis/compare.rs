@@ -175,8 +175,8 @@ mod tests {
         Trace {
             interaction: "push".into(),
             held_out: true,
-            remark: None,
             curves: vec![curve],
+            ..Trace::default()
         }
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::compare::{base_fit, verdict};
 use super::family::Family;
 use super::joints::joint_findings;
+use super::motions::of_all_joints;
 use super::naming::climb;
 use super::offset::centre_findings;
 use super::predict::trace_of;
@@ -59,8 +60,7 @@ pub fn diagnose(
 ) -> Result<Diagnosed> {
     config.check()?;
     let (plain, mut findings) = centre_findings(capture, segmented, model);
-    findings.extend(joint_findings(model));
-    let experiments = name_causes(capture, segmented, model, &mut findings);
+    let experiments = name_causes(capture, segmented, model, config, &mut findings);
     let predicted = |with: &Model| -> Vec<Trace> {
         let of = |name: &str| segmented.iter().find(|s| s.interaction == name);
         capture
@@ -94,22 +94,27 @@ pub fn diagnose(
 /// Below this probability a finding's name is one of several.
 const SURE: f64 = 0.75;
 
-/// Causes that pushes and presses show, and what would tell apart those that these data cannot.
+/// Causes that pushes, presses and motions of joints show, and what would tell apart those that these data cannot.
 fn name_causes(
     capture: &Capture,
     segmented: &[Segmented],
     model: &Model,
+    config: &Config,
     findings: &mut Vec<Finding>,
 ) -> Vec<Experiment> {
     let pushes = Pushes::new(capture, segmented, model);
     let presses = Presses::new(capture, segmented, model);
-    let families = [
+    let motions = of_all_joints(capture, segmented, model);
+    findings.extend(joint_findings(model, &motions));
+    findings.retain(|f| config.allows(&f.cause));
+    let first = [
         pushes.as_ref().map(|p| p as &dyn Family),
         presses.as_ref().map(|p| p as &dyn Family),
     ];
+    let families = first.into_iter().flatten();
     let mut untestable = BTreeSet::new();
-    for family in families.into_iter().flatten() {
-        let Some(ladder) = climb(family) else { continue };
+    for family in families.chain(motions.iter().map(|m| m as &dyn Family)) {
+        let Some(ladder) = climb(family, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
         findings.extend(named::findings(family, &ladder));
     }

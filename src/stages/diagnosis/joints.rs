@@ -3,16 +3,21 @@
 
 use std::collections::BTreeMap;
 
+use super::motions::Motions;
 use crate::base::Estimate;
 use crate::twin::{CauseOdds, Evidence, Finding, Gain, Joint, Model};
 
 /// Standard deviations from the plain value from which on it counts: p below 6e-7.
 const CLEAR: f64 = 5.0;
 
-/// Damping and return springs that were measured beyond doubt.
-pub fn joint_findings(model: &Model) -> Vec<Finding> {
+/// Damping and return springs that were measured beyond doubt, of joints whose motions are not `judged` by themselves.
+pub fn joint_findings(model: &Model, judged: &[Motions]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for joint in model.twin.joints() {
+    let others = model
+        .twin
+        .joints()
+        .filter(|j| judged.iter().all(|m| m.joint() != j.name));
+    for joint in others {
         let spring = "the joint pulls back the farther it is moved";
         let damping = "the joint resists more the faster it moves";
         findings.extend(finding(joint, joint.damping.as_ref(), ("joint-damping", "b", damping)));

@@ -10,6 +10,8 @@ mod family;
 mod fit;
 mod joints;
 mod marginal;
+mod motion_laws;
+mod motions;
 mod named;
 mod naming;
 mod offset;
@@ -29,4 +31,4 @@ mod white;
 
 pub use config::Config;
 pub use diagnose::{Diagnosed, diagnose};
-pub use trace::{Curve, Quantity, Trace};
+pub use trace::{Curve, Path, Quantity, Trace};

@@ -3,6 +3,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::Config;
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
@@ -62,14 +63,15 @@ pub struct Ladder {
 /// Fits the plain model and takes up effects while the data ask for them.
 ///
 /// With the threshold none of 24 clean captures of MuJoCo worlds, on seeds not used for tuning, got a name.
-pub fn climb(family: &dyn Family) -> Option<Ladder> {
+pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     let groups: Vec<usize> = (0..family.groups().len())
         .filter(|g| !family.groups()[*g].held_out)
         .collect();
     if groups.is_empty() {
         return None;
     }
-    let all: Vec<usize> = (0..family.laws().len()).collect();
+    let allowed = |l: &usize| config.allows(family.laws()[*l].cause);
+    let all: Vec<usize> = (0..family.laws().len()).filter(allowed).collect();
     let centre: Vec<f64> = family.base().iter().map(|p| p.centre).collect();
     let noise = Noise::start(family);
     let mut tight = noise.clone();
@@ -234,6 +236,12 @@ fn score(family: &dyn Family, base: &Fit, law: usize, shape: &[f64]) -> Option<(
     let amplitude = Cholesky::new(with_prior)?.solve(&rest);
     for k in 0..a {
         theta[b + k] = amplitude[k].clamp(priors[b + k].low, priors[b + k].high);
+    }
+    // The base makes room, or scatter between interactions would have to.
+    let room = hbb.solve(&(g.rows(0, b) - &hba * &amplitude));
+    for k in 0..b {
+        let p = &priors[k];
+        theta[k] = (theta[k] + room[k].clamp(-p.sd, p.sd)).clamp(p.low, p.high);
     }
     let usable: f64 = (0..a).map(|k| theta[b + k] * rest[k]).sum();
     Some((0.5 * usable, theta))

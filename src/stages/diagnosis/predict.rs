@@ -1,9 +1,12 @@
 //! Predicts one interaction and lays the prediction beside what was measured.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point3, Vector3};
 
 use super::slide::slide_curves;
-use super::{Curve, Quantity, Trace};
+use super::trace::Predicted;
+use super::{Curve, Path, Quantity, Trace};
 use crate::base::Pose;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{interpolate, median};
@@ -37,20 +40,30 @@ pub fn trace_of(capture: &Capture, interaction: &Interaction, segmented: Option<
         (Kind::Lift, Some(action)) => lift(&scene, &action),
         (Kind::Press, Some(action)) => press(&scene, &action),
     };
-    let (curves, remark) = match outcome {
-        Ok((curves, remark)) => (curves, remark),
-        Err(why) => (Vec::new(), Some(why)),
-    };
+    let predicted = outcome.unwrap_or_else(|why| Predicted {
+        remark: Some(why),
+        ..Predicted::default()
+    });
     Trace {
         interaction: interaction.name.clone(),
         held_out: interaction.held_out,
-        remark,
-        curves,
+        remark: predicted.remark,
+        curves: predicted.curves,
+        paths: predicted.paths,
     }
 }
 
-/// Curves with what was fitted anew, or why there are none.
-pub type Outcome = Result<(Vec<Curve>, Option<String>), String>;
+/// What is predicted, or why nothing is.
+pub type Outcome = Result<Predicted, String>;
+
+/// Curves alone, with what was fitted anew.
+fn curves_alone(curves: Vec<Curve>, remark: Option<&str>) -> Outcome {
+    Ok(Predicted {
+        curves,
+        remark: remark.map(str::to_owned),
+        ..Predicted::default()
+    })
+}
 
 /// Times, forces and the noise of one bin.
 type BinnedForce = (Vec<f64>, Vec<Vector3<f64>>, Option<f64>);
@@ -130,7 +143,7 @@ fn hold(scene: &Scene) -> Outcome {
     if curves.is_empty() {
         Err("nothing is tracked".into())
     } else {
-        Ok((curves, None))
+        curves_alone(curves, None)
     }
 }
 
@@ -183,7 +196,35 @@ fn lift(scene: &Scene, action: &Action) -> Outcome {
         noise,
     }];
     curves.extend(raised_curves(scene, action, &height, ground));
-    Ok((curves, None))
+    Ok(Predicted {
+        curves,
+        paths: raised_paths(scene, action, &height, ground),
+        ..Predicted::default()
+    })
+}
+
+/// The same as poses.
+fn raised_paths(scene: &Scene, action: &Action, height: &[f64], ground: f64) -> BTreeMap<String, Path> {
+    let up = support_normal(scene.capture, scene.model);
+    let rest = first_rest(scene.interaction, scene.segmented);
+    let body = scene.model.twin.body_of(&action.target);
+    let along = |name: &str| body.is_some_and(|b| b.links.iter().any(|l| l.name == name));
+    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
+        let start = rest_pose(track, rest)?;
+        let raised = |h: &f64| {
+            let mut pose = start;
+            if along(name) {
+                pose.0.translation.vector += up.into_inner() * (h - ground).max(0.0);
+            }
+            pose
+        };
+        let path = Path {
+            time: action.tool.time.clone(),
+            poses: height.iter().map(raised).collect(),
+        };
+        Some((name.clone(), path))
+    };
+    scene.interaction.tracks.iter().filter_map(of).collect()
 }
 
 /// What is held to the lifted link rises with the tool, everything else stays.
@@ -263,10 +304,10 @@ fn press(scene: &Scene, action: &Action) -> Outcome {
         predicted,
         noise,
     };
-    Ok((
+    curves_alone(
         vec![curve],
-        Some("the height of first contact is fitted anew for each press".into()),
-    ))
+        Some("the height of first contact is fitted anew for each press"),
+    )
 }
 
 /// How far the pressed body itself went down: for things whose tracked top is what gives way.
@@ -325,8 +366,8 @@ fn tilt(scene: &Scene) -> Outcome {
         predicted,
         noise: scene.position_noise(),
     };
-    Ok((
+    curves_alone(
         vec![curve],
-        Some("the moment at which it lets go is fitted anew for each tilt".into()),
-    ))
+        Some("the moment at which it lets go is fitted anew for each tilt"),
+    )
 }

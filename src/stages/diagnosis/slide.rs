@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::predict::{Outcome, Scene};
-use super::{Curve, Quantity};
+use super::trace::Predicted;
+use super::{Curve, Path, Quantity};
 use crate::base::Pose;
 use crate::capture::PoseStream;
 use crate::math::interpolate;
@@ -32,7 +33,15 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
             gap * 1e3
         )
     });
-    Ok((curves, remark))
+    let path = |(name, poses): (String, Vec<Pose>)| {
+        let time = found.prediction.time.clone();
+        (name, Path { time, poses })
+    };
+    Ok(Predicted {
+        curves,
+        remark,
+        paths: found.prediction.poses.into_iter().map(path).collect(),
+    })
 }
 
 fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction: &Vector3<f64>) -> Option<Curve> {

@@ -1,5 +1,9 @@
 //! What an interaction measured beside what the twin predicts, as curves to be drawn.
 
+use std::collections::BTreeMap;
+
+use crate::base::Pose;
+
 /// What a curve is of; errors are gathered by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
@@ -63,4 +67,24 @@ pub struct Trace {
     pub remark: Option<String>,
     /// Its curves.
     pub curves: Vec<Curve>,
+    /// Where the twin has each link go, by its name; links of which it does not say are left out.
+    pub paths: BTreeMap<String, Path>,
+}
+
+/// A predicted motion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Path {
+    /// Seconds, as in the recording.
+    pub time: Vec<f64>,
+    /// World-from-link.
+    pub poses: Vec<Pose>,
+}
+
+/// What was predicted of one interaction.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Predicted {
+    pub(super) curves: Vec<Curve>,
+    /// What was fitted anew.
+    pub(super) remark: Option<String>,
+    pub(super) paths: BTreeMap<String, Path>,
 }

@@ -1,37 +1,24 @@
 //! Friction, damping and spring of joints from the load that the tool puts on the child.
 
-use nalgebra::{DMatrix, DVector, Isometry3, Point3, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::Config;
 use super::drag::{Drag, less_drag, parted_friction, table_drag};
 use super::drive::{Drive, drive_of};
-use super::evidence::{mean_wrench, motion_at, tare_of, tool_at};
 use super::facts::{Ground, subject};
+use super::joint_load::{JointAtWork, JointLoad, Span};
 use super::parting::{Parted, part};
 use super::push::steadiness;
 use super::resolve::STAGE;
 use crate::base::{Confounded, Estimate, Notices, Status};
-use crate::capture::{Capture, Interaction, PhaseKind, PoseStream, Segmented};
+use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
 use crate::math::{LinearFit, effective_samples, quantile, robust_linear};
-use crate::twin::{Joint, JointKind, Link, Model};
-
-/// Load and motion along the freedom of a joint, averaged over a block.
-#[derive(Clone, Copy, Debug)]
-struct Load {
-    /// N·m or N, of the tool on the child.
-    load: f64,
-    /// rad or m since the first view.
-    position: f64,
-    /// rad/s or m/s.
-    speed: f64,
-    /// rad/s² or m/s², absolute acceleration of the child along the freedom.
-    acceleration: f64,
-}
+use crate::twin::{Joint, JointKind, Model};
 
 /// The blocks of one interaction, loads rid of inertia and weight where those are known.
 struct Trial {
     interaction: String,
-    loads: Vec<Load>,
+    loads: Vec<JointLoad>,
     /// Relative standard deviation of the force's jerking.
     chatter: f64,
 }
@@ -173,7 +160,7 @@ struct Law {
 }
 
 fn fit_law(trials: &[&Trial], damping: bool, spring: bool) -> Option<LinearFit> {
-    let loads: Vec<Load> = trials.iter().flat_map(|t| t.loads.iter().copied()).collect();
+    let loads: Vec<JointLoad> = trials.iter().flat_map(|t| t.loads.iter().copied()).collect();
     let columns = 1 + usize::from(damping) + usize::from(spring);
     let a = DMatrix::from_fn(loads.len(), columns, |i, j| match (j, damping) {
         (0, _) => loads[i].speed.signum(),
@@ -208,7 +195,7 @@ fn jackknife(trials: &[Trial], whole: &LinearFit, k: usize, damping: bool, sprin
 fn law_of(trials: &[Trial], revolute: bool) -> Option<Law> {
     let all: Vec<&Trial> = trials.iter().collect();
     let loads = || trials.iter().flat_map(|t| t.loads.iter());
-    let range = |pick: fn(&Load) -> f64| {
+    let range = |pick: fn(&JointLoad) -> f64| {
         loads()
             .map(pick)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
@@ -241,19 +228,6 @@ fn law_of(trials: &[Trial], revolute: bool) -> Option<Law> {
     })
 }
 
-/// World-from-link at the first view, and a link's pose stream, where there are any.
-fn pose_now(
-    track: Option<&PoseStream>,
-    link: Option<&Link>,
-    t: f64,
-    half: f64,
-) -> Option<(Isometry3<f64>, Vector3<f64>, Vector3<f64>)> {
-    match track {
-        Some(stream) => motion_at(stream, t, half).map(|m| (m.pose, m.velocity, m.spin)),
-        None => Some((link?.pose.0, Vector3::zeros(), Vector3::zeros())),
-    }
-}
-
 fn loads(
     interaction: &Interaction,
     cut: &Segmented,
@@ -261,56 +235,20 @@ fn loads(
     model: &Model,
     ground: &Ground,
     config: &Config,
-) -> Option<Vec<Load>> {
-    let stream = interaction.force.as_ref()?;
+) -> Option<Vec<JointLoad>> {
     let slide = cut.of(PhaseKind::Slide).next()?;
-    let link = |name: &str| model.twin.links().find(|(_, l)| l.name == name).map(|(_, l)| l);
-    let (parent, child) = (link(&joint.parent), link(&joint.child)?);
-    let child_track = interaction.tracks.get(&joint.child)?;
-    let parent_track = interaction.tracks.get(&joint.parent);
-    let tare = tare_of(interaction, cut);
-    let home = parent.map_or(Isometry3::identity(), |l| l.pose.0);
-    let half = config.smoothing.max(0.15);
+    let at_work = JointAtWork::new(interaction, cut, joint, model)?;
+    let span = Span {
+        block: config.block,
+        half: config.smoothing.max(0.15),
+    };
     let mut out = Vec::new();
     let mut t = slide.start + config.settling + 0.5 * config.block;
     while t + 0.5 * config.block <= slide.end - 0.5 * config.settling {
-        let wrench = mean_wrench(stream, t - 0.5 * config.block, t + 0.5 * config.block, &tare);
-        let child_now = motion_at(child_track, t, half);
-        let parent_now = pose_now(parent_track, parent, t, half).or(Some((home, Vector3::zeros(), Vector3::zeros())));
-        if let (Some(w), Some(c), Some((parent_pose, v_parent, spin_parent))) = (wrench, child_now, parent_now) {
-            let moved = parent_pose * home.inverse();
-            let axis = moved * Vector3::from(joint.axis.value);
-            let origin = moved * Point3::from(joint.origin.value);
-            let turn = (parent_pose.rotation * home.rotation.inverse()).inverse()
-                * c.pose.rotation
-                * child.pose.rotation.inverse();
-            let load = if joint.kind == JointKind::Revolute {
-                let tool = interaction.tool_path.as_ref().and_then(|p| tool_at(p, t));
-                let arm = tool.unwrap_or(Point3::from(c.pose.translation.vector)) - origin;
-                Load {
-                    load: (arm.cross(&w.force) + w.torque.unwrap_or_default()).dot(&axis),
-                    position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
-                    speed: (c.spin - spin_parent).dot(&axis),
-                    acceleration: 0.0,
-                }
-            } else {
-                let carried = parent_pose.translation.vector - home.translation.vector;
-                let shift = c.pose.translation.vector - child.pose.translation.vector - carried;
-                Load {
-                    load: w.force.dot(&axis),
-                    position: shift.dot(&axis),
-                    speed: (c.velocity - v_parent).dot(&axis),
-                    acceleration: c.acceleration.dot(&axis),
-                }
-            };
-            let (plateau, _) = steadiness(
-                interaction,
-                cut,
-                &ground.plane,
-                t - 0.5 * config.block,
-                t + 0.5 * config.block,
-            );
-            out.push(Load {
+        if let Some(load) = at_work.at(t, span) {
+            let (from, to) = (t - 0.5 * config.block, t + 0.5 * config.block);
+            let (plateau, _) = steadiness(interaction, cut, &ground.plane, from, to);
+            out.push(JointLoad {
                 load: plateau * load.load,
                 ..load
             });

@@ -1,0 +1,14 @@
+//! A diagnosis of a model that there is already: the capture is cut as in a reconstruction, nothing is estimated.
+
+use super::Options;
+use crate::base::{Notices, Result};
+use crate::capture::Capture;
+use crate::stages::{diagnosis, interaction};
+use crate::twin::{Diagnosis, Model};
+
+/// What `model` gets wrong of `capture`.
+pub fn diagnose(capture: &Capture, model: &Model, options: &Options, notices: &mut Notices) -> Result<Diagnosis> {
+    let segmented = interaction::segment(capture, model, &options.interaction, notices)?;
+    let done = diagnosis::diagnose(capture, &segmented, model, &options.diagnosis, notices)?;
+    Ok(done.diagnosis)
+}

@@ -1,0 +1,369 @@
+//! What may be wrong with an ideal joint that has dry friction: laws of the joint and of what feels it.
+
+use super::family::{Active, Law, Parameter};
+use super::motions::Scale;
+
+mod form {
+    pub const STICTION: usize = 0;
+    pub const STRIBECK: usize = 1;
+    pub const DAMPING: usize = 2;
+    pub const QUADRATIC: usize = 3;
+    pub const SPRING: usize = 4;
+    pub const GRAVITY: usize = 5;
+    pub const DETENT: usize = 6;
+    pub const LIMIT_HIGH: usize = 7;
+    pub const LIMIT_LOW: usize = 8;
+    pub const LEVER: usize = 9;
+    pub const SOFT_CLOSE: usize = 10;
+    pub const BREAKAWAY: usize = 11;
+    pub const BIAS: usize = 12;
+    pub const DRIFT: usize = 13;
+    pub const WEAR: usize = 14;
+}
+
+/// One moment of a joint at work.
+#[derive(Clone, Copy, Debug)]
+pub struct Moved {
+    /// Seconds since the capture began.
+    pub time: f64,
+    /// rad or m.
+    pub position: f64,
+    /// rad/s or m/s.
+    pub speed: f64,
+    /// rad/s² or m/s².
+    pub gain: f64,
+    /// N·m or N, as it was measured.
+    pub load: f64,
+    /// N·m per N.
+    pub lever: f64,
+    /// Way since it last stood or turned back, rad or m.
+    pub slip: f64,
+    /// Too slow for the direction of friction to be sure.
+    pub still: bool,
+}
+
+impl Moved {
+    /// The motion as it is when the force is read `delay` seconds late.
+    pub fn later(&self, delay: f64) -> Self {
+        Self {
+            position: self.position - self.speed * delay,
+            speed: self.speed - self.gain * delay,
+            ..*self
+        }
+    }
+
+    /// The measured load without what the sensor adds, N·m or N.
+    pub fn unread(&self, active: &[Active]) -> f64 {
+        self.load - read(self, 0.0, active)
+    }
+}
+
+/// What all laws but friction's add to the load that moves the joint.
+pub fn effort(m: &Moved, active: &[Active]) -> f64 {
+    let (q, v) = (m.position, m.speed);
+    let one = |a: &Active| {
+        let x = a.values;
+        match a.law.form {
+            form::DAMPING => x[0] * v,
+            form::QUADRATIC => x[0] * v * v.abs(),
+            form::SPRING => x[0] * (q - x[1]),
+            form::GRAVITY => -(x[0] * q.cos() + x[1] * q.sin()),
+            form::DETENT => {
+                let s = (q - x[1]) / x[2].exp();
+                x[0] * s * (-0.5 * s * s).exp()
+            }
+            form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
+            form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
+            form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 2.0),
+            _ => 0.0,
+        }
+    };
+    active.iter().map(one).sum()
+}
+
+/// Factor on dry friction while it slides.
+pub fn sliding(m: &Moved, active: &[Active]) -> f64 {
+    let one = |a: &Active| {
+        let x = a.values;
+        match a.law.form {
+            form::STICTION | form::STRIBECK => x[0] * (-m.speed.abs() / x[1].exp()).exp(),
+            form::BREAKAWAY => x[0] * (-m.slip / x[1].exp()).exp(),
+            form::WEAR => x[0] * m.time,
+            _ => 0.0,
+        }
+    };
+    (1.0 + active.iter().map(one).sum::<f64>()).max(0.0)
+}
+
+/// Factor on dry friction while it stands.
+pub fn held(active: &[Active]) -> f64 {
+    let one = |a: &Active| match a.law.form {
+        form::STICTION | form::STRIBECK | form::BREAKAWAY => a.values[0],
+        _ => 0.0,
+    };
+    (1.0 + active.iter().map(one).sum::<f64>()).max(0.0)
+}
+
+/// The load as a sensor with its faults, at an arm that may be wrong, reads it.
+pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
+    active.iter().fold(load, |load, a| {
+        let x = a.values;
+        match a.law.form {
+            form::LEVER => load * (1.0 + x[0] * m.position.cos() + x[1] * m.position.sin()),
+            form::BIAS => load + x[0] * m.lever,
+            form::DRIFT => load + x[0] * m.time * m.lever,
+            _ => load,
+        }
+    })
+}
+
+struct Maker<'a> {
+    joint: &'a str,
+}
+
+impl Maker<'_> {
+    fn law(
+        &self,
+        cause: &'static str,
+        form: usize,
+        (amplitudes, shapes): (Vec<Parameter>, Vec<Parameter>),
+        grid: Vec<Vec<f64>>,
+        words: &'static str,
+    ) -> Law {
+        let place = if (form::BIAS..=form::DRIFT).contains(&form) {
+            "sensor".into()
+        } else {
+            self.joint.to_owned()
+        };
+        Law {
+            cause,
+            place,
+            form,
+            amplitudes: amplitudes.len(),
+            parameters: amplitudes.into_iter().chain(shapes).collect(),
+            grid,
+            words,
+        }
+    }
+
+    fn plain(&self, cause: &'static str, form: usize, amplitude: Parameter, words: &'static str) -> Law {
+        self.law(cause, form, (vec![amplitude], Vec::new()), vec![Vec::new()], words)
+    }
+}
+
+/// Units of effort, effort per speed, per squared speed and per position.
+fn units(turns: bool) -> [&'static str; 4] {
+    if turns {
+        ["N·m", "N·m·s/rad", "N·m·s²/rad²", "N·m/rad"]
+    } else {
+        ["N", "N·s/m", "N·s²/m²", "N/m"]
+    }
+}
+
+/// Every law that the motions of a joint can show.
+pub fn motion_laws(joint: &str, scale: &Scale) -> Vec<Law> {
+    let make = Maker { joint };
+    let mut laws = speed_laws(&make, scale);
+    laws.extend(place_laws(&make, scale));
+    laws.extend(local_laws(&make, scale));
+    laws.extend(sensor_laws(&make));
+    laws
+}
+
+fn logs(values: &[f64]) -> Vec<Vec<f64>> {
+    values.iter().map(|v| vec![v.ln()]).collect()
+}
+
+fn speed_laws(make: &Maker, s: &Scale) -> Vec<Law> {
+    let [_, per_speed, per_square, _] = units(s.turns);
+    let (v, unit) = (s.speed, if s.turns { "rad/s" } else { "m/s" });
+    let close = (s.range[1] - s.range[0]).max(1e-6);
+    vec![
+        make.law(
+            "joint-stiction",
+            form::STICTION,
+            (
+                vec![Parameter::positive("fs_over_fc", "1", 0.8)],
+                vec![Parameter::scale("vs", unit, 0.04 * v, 0.6)],
+            ),
+            logs(&[0.02 * v, 0.06 * v]),
+            "more force is needed to set the joint going than to keep it going",
+        ),
+        make.law(
+            "joint-stiction",
+            form::BREAKAWAY,
+            (
+                vec![Parameter::positive("fs_over_fc", "1", 0.8)],
+                vec![Parameter::scale(
+                    "slip_length",
+                    if s.turns { "rad" } else { "m" },
+                    0.02 * close,
+                    0.6,
+                )],
+            ),
+            logs(&[0.01 * close, 0.04 * close]),
+            "more force is needed to set the joint going than to keep it going",
+        ),
+        make.law(
+            "velocity-weakening-friction",
+            form::STRIBECK,
+            (
+                vec![Parameter::positive("a", "1", 0.3)],
+                vec![Parameter::scale("vs", unit, 0.3 * v, 0.6)],
+            ),
+            logs(&[0.15 * v, 0.4 * v]),
+            "dry friction falls as the joint moves faster",
+        ),
+        make.plain(
+            "joint-damping",
+            form::DAMPING,
+            Parameter::positive("b", per_speed, 0.5 * s.load / v),
+            "the joint resists in proportion to its speed",
+        ),
+        make.plain(
+            "joint-quadratic-damping",
+            form::QUADRATIC,
+            Parameter::positive("d", per_square, 0.5 * s.load / (v * v)),
+            "the joint resists with the square of its speed",
+        ),
+        make.law(
+            "soft-close",
+            form::SOFT_CLOSE,
+            (
+                vec![Parameter::positive("b", per_speed, 0.7 * s.load / v)],
+                vec![Parameter::scale(
+                    "q_closed",
+                    if s.turns { "rad" } else { "m" },
+                    0.4 * close,
+                    0.5,
+                )],
+            ),
+            logs(&[0.25 * close, 0.5 * close]),
+            "near its closed end the joint resists in proportion to its speed",
+        ),
+    ]
+}
+
+fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
+    let [effort, _, _, per_place] = units(s.turns);
+    let [low, high] = s.range;
+    let span = (high - low).max(1e-6);
+    let unit = if s.turns { "rad" } else { "m" };
+    let rest = Parameter {
+        unit,
+        ..Parameter::place("q0", 0.5 * (low + high), span)
+    };
+    let mut laws = vec![make.law(
+        "joint-spring",
+        form::SPRING,
+        (
+            vec![Parameter::positive("k", per_place, 0.7 * s.load / span)],
+            vec![rest],
+        ),
+        vec![vec![low], vec![0.5 * (low + high)], vec![high]],
+        "the joint is drawn back the farther it is moved",
+    )];
+    if s.turns {
+        let amplitude = |name| Parameter::amplitude(name, effort, 0.5 * s.load);
+        laws.push(make.law(
+            "joint-gravity",
+            form::GRAVITY,
+            (vec![amplitude("gc"), amplitude("gs")], Vec::new()),
+            vec![Vec::new()],
+            "the load goes as sine and cosine of the angle, as a weight's does",
+        ));
+        let share = |name| Parameter::amplitude(name, "1", 0.15);
+        laws.push(make.law(
+            "lever-arm",
+            form::LEVER,
+            (vec![share("ec"), share("es")], Vec::new()),
+            vec![Vec::new()],
+            "all loads are wrong by a factor that depends on the angle: the arm of the force is",
+        ));
+    }
+    laws
+}
+
+fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
+    let [effort, _, _, per_place] = units(s.turns);
+    let [low, high] = s.range;
+    let span = (high - low).max(1e-6);
+    let unit = if s.turns { "rad" } else { "m" };
+    let within = |name, from: f64, to: f64| Parameter {
+        unit,
+        low: from,
+        high: to,
+        ..Parameter::place(name, 0.5 * (from + to), (0.4 * (to - from)).max(1e-6))
+    };
+    let shares = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
+    let notches = shares
+        .iter()
+        .flat_map(|x| [0.06f64, 0.13].map(|w| vec![low + x * span, (w * span).ln()]));
+    let stop = |name| Parameter::positive(name, per_place, 4.0 * s.load / span);
+    vec![
+        make.law(
+            "detent",
+            form::DETENT,
+            (
+                vec![Parameter::amplitude("A", effort, 0.5 * s.load)],
+                vec![
+                    within("qd", low + 0.08 * span, high - 0.08 * span),
+                    Parameter::scale("w", unit, 0.1 * span, 0.5),
+                ],
+            ),
+            notches.collect(),
+            "at one place the joint is held and drawn in from either side",
+        ),
+        make.law(
+            "latch",
+            form::DETENT,
+            (
+                vec![Parameter::positive("A", effort, 0.7 * s.load)],
+                vec![
+                    within("qd", low - 0.05 * span, low + 0.08 * span),
+                    Parameter::scale("w", unit, 0.08 * span, 0.5),
+                ],
+            ),
+            [0.05f64, 0.1].iter().map(|w| vec![low, (w * span).ln()]).collect(),
+            "the joint is held at its closed end",
+        ),
+        make.law(
+            "limit-compliance",
+            form::LIMIT_HIGH,
+            (vec![stop("k")], vec![within("q_limit", low + 0.4 * span, high)]),
+            [0.6, 0.75, 0.85, 0.93].iter().map(|x| vec![low + x * span]).collect(),
+            "past some place the joint runs into something that gives",
+        ),
+        make.law(
+            "limit-compliance",
+            form::LIMIT_LOW,
+            (vec![stop("k")], vec![within("q_limit", low, low + 0.5 * span)]),
+            [0.07, 0.15, 0.25].iter().map(|x| vec![low + x * span]).collect(),
+            "before some place the joint runs into something that gives",
+        ),
+    ]
+}
+
+fn sensor_laws(make: &Maker) -> Vec<Law> {
+    let force = |name, unit, sd| Parameter::amplitude(name, unit, sd);
+    vec![
+        make.plain(
+            "force-bias",
+            form::BIAS,
+            force("b", "N", 0.3),
+            "a constant force is read that is not there",
+        ),
+        make.plain(
+            "force-drift",
+            form::DRIFT,
+            force("d", "N/s", 0.002),
+            "what is read drifts with time",
+        ),
+        make.plain(
+            "wear-or-heating",
+            form::WEAR,
+            Parameter::amplitude("kappa", "1/s", 2e-3),
+            "dry friction changes steadily over the capture",
+        ),
+    ]
+}

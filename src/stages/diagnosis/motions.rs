@@ -1,0 +1,313 @@
+//! Motions of a joint as the ladder of laws sees them: the load of the tool along the freedom, sample by sample, against
+//! where the joint is and how fast it moves.
+//!
+//! Plain model: `load = J q'' + f sgn(q')` while it moves, the sign rounded off below a creep speed, and anything up to
+//! `f` while it stands. A joint that stands
+//! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
+//! what friction allows.
+
+use super::Quantity;
+use super::family::{Active, Channel, ChannelKind, Family, Group, Law, Parameter, Scatter};
+use super::motion_laws::{Moved, effort, held, motion_laws, read, sliding};
+use crate::capture::{Capture, Interaction, Segmented};
+use crate::math::{median, quantile};
+use crate::stages::estimation::{JointLoad, joint_loads};
+use crate::twin::{Joint, JointKind, Model};
+
+/// Seconds of one sample.
+const BIN: f64 = 0.04;
+/// Half the span of the parabola from which velocities come: at first, at least, at most, s, and as a share of the
+/// time that the motion takes from end to end.
+const HALF: [f64; 3] = [0.08, 0.04, 0.3];
+const SHARE: f64 = 0.06;
+/// A parent that moves by more than this does not stand, m.
+const STANDS: f64 = 3e-3;
+/// Share of the load that the plain model leaves open: the arm of the force, the axis.
+const EVEN: f64 = 0.015;
+/// Share of the fast speeds below which the direction of friction is not sure.
+const SLOW: f64 = 0.06;
+/// Fewest samples that move, and fewest motions.
+const SAMPLES: usize = 20;
+const MOTIONS: usize = 3;
+
+/// How large things are in these motions.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// N·m or N.
+    pub load: f64,
+    /// rad/s or m/s.
+    pub speed: f64,
+    /// Lowest and highest position, rad or m.
+    pub range: [f64; 2],
+    pub turns: bool,
+}
+
+/// All motions of one joint.
+pub struct Motions {
+    joint: String,
+    groups: Vec<Group>,
+    kinds: Vec<ChannelKind>,
+    base: Vec<Parameter>,
+    scatter: Vec<Scatter>,
+    laws: Vec<Law>,
+    moments: Vec<Vec<Moved>>,
+    friction: f64,
+    slow: f64,
+    turns: bool,
+}
+
+struct Read {
+    interaction: String,
+    held_out: bool,
+    loads: Vec<JointLoad>,
+    /// Half the span from which its velocities come, s.
+    half: f64,
+    noise: f64,
+    /// Noise of the track along the freedom, rad or m.
+    jitter: f64,
+}
+
+/// Slow motions allow a long span, which calms their speed; fast ones need a short one.
+fn span_of(loads: &[JointLoad]) -> Option<f64> {
+    let speeds: Vec<f64> = loads.iter().map(|l| l.speed.abs()).collect();
+    let places: Vec<f64> = loads.iter().map(|l| l.position).collect();
+    let range = quantile(&places, 0.98)? - quantile(&places, 0.02)?;
+    let lasts = range / quantile(&speeds, 0.8)?.max(1e-9);
+    Some((SHARE * lasts).clamp(HALF[1], HALF[2]))
+}
+
+fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model, joint: &Joint) -> Vec<Read> {
+    let one = |interaction: &Interaction| {
+        let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
+        let first = joint_loads(interaction, cut, joint, model, [BIN, HALF[0], STANDS])?;
+        let half = span_of(&first)?;
+        let loads = joint_loads(interaction, cut, joint, model, [BIN, half, STANDS])?;
+        let noise = capture.noise.force.or(cut.force_noise)?;
+        let own = if joint.kind == JointKind::Revolute {
+            capture.noise.rotation.or(cut.rotation_noise)
+        } else {
+            capture.noise.position.or(cut.position_noise)
+        };
+        let stream = interaction.force.as_ref()?;
+        let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?).max(1e-6);
+        Some(Read {
+            interaction: interaction.name.clone(),
+            held_out: interaction.held_out,
+            loads,
+            half,
+            noise: noise / (rate * BIN).max(1.0).sqrt(),
+            jitter: own.unwrap_or(0.0),
+        })
+    };
+    let mut reads: Vec<Read> = capture.interactions.iter().filter_map(one).collect();
+    let start = |r: &Read| r.loads.first().map_or(f64::INFINITY, |l| l.time);
+    reads.sort_by(|a, b| start(a).total_cmp(&start(b)));
+    reads
+}
+
+/// Joints whose motions can be judged, one family each.
+pub fn of_all_joints(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Motions> {
+    let joints = model.twin.joints();
+    let kinds = joints.filter(|j| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic));
+    kinds
+        .filter_map(|j| Motions::new(&read_all(capture, segmented, model, j), j))
+        .collect()
+}
+
+impl Motions {
+    fn new(reads: &[Read], joint: &Joint) -> Option<Self> {
+        let loads = || reads.iter().flat_map(|r| r.loads.iter());
+        let speeds: Vec<f64> = loads().map(|l| l.speed.abs()).collect();
+        let fast = quantile(&speeds, 0.95)?;
+        let slow = SLOW * fast;
+        let moving: Vec<&JointLoad> = loads().filter(|l| l.speed.abs() > slow).collect();
+        let turns = joint.kind == JointKind::Revolute;
+        if moving.len() < SAMPLES || reads.len() < MOTIONS || fast < if turns { 0.02 } else { 2e-3 } {
+            return None;
+        }
+        let sizes: Vec<f64> = moving.iter().map(|l| l.load.abs()).collect();
+        let (friction, largest) = (median(&sizes)?.max(1e-6), quantile(&sizes, 0.95)?.max(1e-6));
+        let places: Vec<f64> = moving.iter().map(|l| l.position).collect();
+        let scale = Scale {
+            load: largest,
+            speed: fast,
+            range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
+            turns,
+        };
+        let lever = median(&moving.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
+        let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
+        let zero = loads().map(|l| l.time).fold(f64::INFINITY, f64::min);
+        let mut out = Self {
+            joint: joint.name.clone(),
+            groups: Vec::new(),
+            kinds: vec![ChannelKind {
+                quantity: if turns { Quantity::Torque } else { Quantity::Force },
+                sigma: noise.max(1e-3 * largest),
+                jitter: 0.12,
+            }],
+            base: vec![
+                Parameter::amplitude("log_friction", "1", 1.0),
+                Parameter::amplitude("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
+                Parameter::amplitude("delay", "s", 0.012),
+                creep(fast, turns),
+            ],
+            scatter: scatter_of(lever),
+            laws: motion_laws(&joint.name, &scale),
+            moments: Vec::new(),
+            friction,
+            slow,
+            turns,
+        };
+        for read in reads {
+            out.add(read, zero);
+        }
+        let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
+        let gain = quantile(&gains, 0.9)?.max(1e-6);
+        out.base[1] = Parameter::amplitude("inertia", out.base[1].unit, 2.0 * largest / gain);
+        Some(out)
+    }
+
+    /// What is left open of the load: the arm of the force, the noise of the speed as far as the load depends on it (or
+    /// it would speak against damping), and a speed that changes within the span of its own smoothing.
+    fn aside(&self, read: &Read, i: usize) -> f64 {
+        let l = &read.loads;
+        let reach = (read.half / BIN).ceil() as usize;
+        let near = &l[i.saturating_sub(reach)..(i + reach + 1).min(l.len())];
+        let speeds = near.iter().map(|l| l.speed);
+        let (low, high) = speeds.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+        let speed = l[i].speed.abs() + self.slow;
+        // A smoothed speed runs ahead of a start: there the load may still be anything up to friction.
+        let share = ((high - low) / speed - 0.1).max(0.0);
+        let unsteady = self.friction * (2.5 * share).powi(2).min(4.0);
+        let shaken = 0.5 * read.jitter * l[i].speed_gain / speed;
+        unsteady + EVEN.hypot(shaken) * l[i].load.abs()
+    }
+
+    /// Name of the joint.
+    pub fn joint(&self) -> &str {
+        &self.joint
+    }
+
+    fn add(&mut self, read: &Read, zero: f64) {
+        let l = &read.loads;
+        let mut travelled: f64 = 0.0;
+        let mut rests = 0.0;
+        let mut moments = Vec::with_capacity(l.len());
+        for i in 0..l.len() {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(l.len() - 1));
+            let turned = i > 0 && l[i].speed * l[i - 1].speed < 0.0;
+            let still = l[i].speed.abs() < self.slow;
+            rests = if still { rests + BIN } else { 0.0 };
+            // Slip since it last stood or turned back.
+            travelled = if turned || rests > 2.0 * BIN { 0.0 } else { travelled };
+            travelled += if i > 0 {
+                (l[i].position - l[i - 1].position).abs()
+            } else {
+                0.0
+            };
+            moments.push(Moved {
+                time: l[i].time - zero,
+                position: l[i].position,
+                speed: l[i].speed,
+                gain: (l[b].speed - l[a].speed) / (l[b].time - l[a].time).max(1e-6),
+                load: l[i].load,
+                lever: l[i].lever,
+                slip: travelled,
+                still,
+            });
+        }
+        let starts = (0..l.len()).map(|i| i == 0 || l[i].time - l[i - 1].time > 1.5 * BIN);
+        let starts: Vec<bool> = starts.collect();
+        let change = (0..l.len()).map(|i| if starts[i] { 0.0 } else { l[i].load - l[i - 1].load });
+        self.groups.push(Group {
+            name: read.interaction.clone(),
+            held_out: read.held_out,
+            channels: vec![Channel {
+                kind: 0,
+                measured: l.iter().map(|l| l.load).collect(),
+                change: change.collect(),
+                aside: (0..l.len()).map(|i| self.aside(read, i)).collect(),
+                starts,
+            }],
+        });
+        self.moments.push(moments);
+    }
+}
+
+/// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
+fn creep(fast: f64, turns: bool) -> Parameter {
+    Parameter {
+        high: (0.25 * fast).ln(),
+        ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.04 * fast, 0.8)
+    }
+}
+
+/// How dry friction sets in with speed, in units of the creep speed: in proportion, then in full. A world that rounds
+/// the corner off, as simulators do, is no damper.
+fn set_in(speed: f64) -> f64 {
+    speed / (1.0 + speed.powi(4)).powf(0.25)
+}
+
+fn scatter_of(lever: f64) -> Vec<Scatter> {
+    let of = |tau: f64, counts: f64, floor: f64, nuisance: bool, step: f64| Scatter {
+        tau,
+        counts,
+        floor,
+        nuisance,
+        step,
+    };
+    vec![
+        of(0.015, 10.0, 0.004, false, 1e-4),
+        of(0.003 * lever, 10.0, 0.003 * lever, true, 1e-4 * lever),
+    ]
+}
+
+impl Family for Motions {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+    fn kinds(&self) -> &[ChannelKind] {
+        &self.kinds
+    }
+    fn base(&self) -> &[Parameter] {
+        &self.base
+    }
+    fn scatter(&self) -> &[Scatter] {
+        &self.scatter
+    }
+    fn laws(&self) -> &[Law] {
+        &self.laws
+    }
+
+    fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {
+        let dry = self.friction * (base[0] + scatter[0]).exp();
+        let one = |m: &Moved| {
+            let m = m.later(base[2]);
+            let smooth = base[1] * m.gain + effort(&m, active);
+            let load = if m.still {
+                let bound = dry * held(active);
+                let left = m.unread(active) - smooth - scatter[1];
+                smooth + left.clamp(-bound, bound)
+            } else {
+                smooth + dry * sliding(&m, active) * set_in(m.speed / base[3].exp())
+            };
+            read(&m, load, active) + scatter[1]
+        };
+        self.moments[group].iter().map(one).collect()
+    }
+
+    fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+        let of = |value: &dyn Fn(&Moved) -> f64| {
+            let each = self.moments[group]
+                .iter()
+                .map(|m| if m.still { f64::NAN } else { value(m) });
+            each.collect::<Vec<f64>>()
+        };
+        let units = if self.turns { ["rad", "rad/s"] } else { ["m", "m/s"] };
+        vec![
+            ("joint position", units[0], of(&|m| m.position)),
+            ("joint speed", units[1], of(&|m| m.speed.abs())),
+            ("time since the capture began", "s", of(&|m| m.time)),
+        ]
+    }
+}

@@ -1,0 +1,151 @@
+//! The load of the tool along the freedom of a joint, beside how the joint moves.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
+use crate::capture::{Interaction, PoseStream, Segmented};
+use crate::math::quantile;
+use crate::twin::{Joint, JointKind, Link, Model};
+
+/// Load and motion along the freedom of a joint, averaged over a block.
+#[derive(Clone, Copy, Debug)]
+pub struct JointLoad {
+    /// Seconds, of the capture's clock.
+    pub time: f64,
+    /// N·m or N, of the tool on the child.
+    pub load: f64,
+    /// N·m of load per N of force: the arm about the axis, m; 1 for a slide.
+    pub lever: f64,
+    /// rad or m since the first view.
+    pub position: f64,
+    /// rad/s or m/s.
+    pub speed: f64,
+    /// Standard deviation of the speed for unit noise of the track, 1/s.
+    pub speed_gain: f64,
+    /// rad/s² or m/s², absolute acceleration of the child along the freedom; 0 for a hinge.
+    pub acceleration: f64,
+}
+
+/// A joint in one interaction that handles its child.
+pub(super) struct JointAtWork<'a> {
+    interaction: &'a Interaction,
+    joint: &'a Joint,
+    child: &'a Link,
+    parent: Option<&'a Link>,
+    tare: Tare,
+}
+
+/// Span over which a block is averaged, and half the span of the parabola that gives velocities, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    pub block: f64,
+    pub half: f64,
+}
+
+impl<'a> JointAtWork<'a> {
+    /// `None` where the child is not known or not tracked.
+    pub fn new(interaction: &'a Interaction, cut: &Segmented, joint: &'a Joint, model: &'a Model) -> Option<Self> {
+        interaction.tracks.get(&joint.child)?;
+        Some(Self {
+            interaction,
+            joint,
+            child: model.twin.link(&joint.child)?,
+            parent: model.twin.link(&joint.parent),
+            tare: tare_of(interaction, cut),
+        })
+    }
+
+    /// The load in the block about `t`; `None` where force or motion is missing.
+    pub fn at(&self, t: f64, span: Span) -> Option<JointLoad> {
+        let (joint, child) = (self.joint, self.child);
+        let stream = self.interaction.force.as_ref()?;
+        let w = mean_wrench(stream, t - 0.5 * span.block, t + 0.5 * span.block, &self.tare)?;
+        let c = motion_at(self.interaction.tracks.get(&joint.child)?, t, span.half)?;
+        let home = self.parent.map_or(Isometry3::identity(), |l| l.pose.0);
+        let still = (home, Vector3::zeros(), Vector3::zeros());
+        let track = self.interaction.tracks.get(&joint.parent);
+        let (parent_pose, v_parent, spin_parent) = pose_now(track, self.parent, t, span.half).unwrap_or(still);
+        let moved = parent_pose * home.inverse();
+        let axis = moved * Vector3::from(joint.axis.value);
+        let origin = moved * Point3::from(joint.origin.value);
+        if joint.kind == JointKind::Revolute {
+            let turned = (parent_pose.rotation * home.rotation.inverse()).inverse();
+            let turn = turned * c.pose.rotation * child.pose.rotation.inverse();
+            let tool = self.interaction.tool_path.as_ref().and_then(|p| tool_at(p, t));
+            let arm = tool.unwrap_or(Point3::from(c.pose.translation.vector)) - origin;
+            return Some(JointLoad {
+                time: t,
+                load: (arm.cross(&w.force) + w.torque.unwrap_or_default()).dot(&axis),
+                lever: axis.cross(&arm).norm(),
+                position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
+                speed: (c.spin - spin_parent).dot(&axis),
+                speed_gain: c.velocity_gain,
+                acceleration: 0.0,
+            });
+        }
+        let carried = parent_pose.translation.vector - home.translation.vector;
+        let shift = c.pose.translation.vector - child.pose.translation.vector - carried;
+        Some(JointLoad {
+            time: t,
+            load: w.force.dot(&axis),
+            lever: 1.0,
+            position: shift.dot(&axis),
+            speed: (c.velocity - v_parent).dot(&axis),
+            speed_gain: c.velocity_gain,
+            acceleration: c.acceleration.dot(&axis),
+        })
+    }
+
+    /// How far the parent is from where it began for a tenth of this interaction, m at the child's place: noise of the
+    /// track is no motion.
+    pub fn parent_moves(&self) -> f64 {
+        let Some(track) = self.interaction.tracks.get(&self.joint.parent) else {
+            return 0.0;
+        };
+        let poses: Vec<Isometry3<f64>> = (0..track.len()).filter_map(|i| Some(track.pose(i)?.0)).collect();
+        let (Some(first), at) = (poses.first(), Point3::from(self.child.pose.0.translation.vector)) else {
+            return 0.0;
+        };
+        let home = first.inverse() * at;
+        let away: Vec<f64> = poses.iter().map(|p| (p * home - at).norm()).collect();
+        quantile(&away, 0.9).unwrap_or(0.0)
+    }
+}
+
+/// World-from-link at the first view, and a link's pose stream, where there are any.
+fn pose_now(
+    track: Option<&PoseStream>,
+    link: Option<&Link>,
+    t: f64,
+    half: f64,
+) -> Option<(Isometry3<f64>, Vector3<f64>, Vector3<f64>)> {
+    match track {
+        Some(stream) => motion_at(stream, t, half).map(|m| (m.pose, m.velocity, m.spin)),
+        None => Some((link?.pose.0, Vector3::zeros(), Vector3::zeros())),
+    }
+}
+
+/// Loads of one interaction that handles the child of `joint` while its parent stands, block by block.
+///
+/// Velocities come from local parabolas over ±`half` s. `None` where the child is not what is handled, is not tracked
+/// or not felt, or where the parent moves by more than `stands` m.
+pub fn joint_loads(
+    interaction: &Interaction,
+    cut: &Segmented,
+    joint: &Joint,
+    model: &Model,
+    [block, half, stands]: [f64; 3],
+) -> Option<Vec<JointLoad>> {
+    if super::facts::subject(interaction, cut)? != joint.child {
+        return None;
+    }
+    let at_work = JointAtWork::new(interaction, cut, joint, model)?;
+    if at_work.parent_moves() > stands {
+        return None;
+    }
+    let stream = interaction.force.as_ref()?;
+    let (first, last) = (*stream.time.first()?, *stream.time.last()?);
+    let count = ((last - first) / block) as usize;
+    let each = (0..count).filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, Span { block, half }));
+    Some(each.collect())
+}

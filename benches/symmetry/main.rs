@@ -1,4 +1,4 @@
-//! Symmetry of things whose symmetry is known: `cargo bench --bench symmetry [clean|fused|partial|coverage|bottoms]`.
+//! Symmetry of things whose symmetry is known: `cargo bench --bench symmetry [clean|fused|partial|coverage|bottoms|superquadrics]`.
 //! Angles in degrees, distances in mm; truth is how the things were made, the range camera is the lab's.
 #![allow(
     missing_docs,
@@ -10,6 +10,7 @@
 )]
 
 mod judge;
+mod quadrics;
 mod rendered;
 mod shapes;
 
@@ -39,6 +40,9 @@ fn main() {
     }
     if wants("bottoms") {
         rendered::bottoms();
+    }
+    if wants("superquadrics") {
+        quadrics::superquadrics();
     }
     if asked.iter().any(|a| a == "look") {
         rendered::look();

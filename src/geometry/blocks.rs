@@ -1,7 +1,7 @@
 //! Sparse blocks of signed distance samples, laid out for speed: one array per quantity and block.
 
-use super::field::{BLOCK, offset_in_block};
-
+/// Samples along one edge of a block.
+pub const BLOCK: i32 = 8;
 /// Samples of one block.
 pub const BLOCK_SAMPLES: usize = (BLOCK * BLOCK * BLOCK) as usize;
 /// How much more must have gone through a surface than stopped at it before it is none: views disagree.
@@ -70,6 +70,11 @@ impl Block {
         sum / weight
     }
 
+    /// Whether a sample was seen to be empty, away from any surface.
+    pub fn is_free(&self, at: usize) -> bool {
+        self.free(at) > 0.0 && self.distance(at, 0.0).is_nan()
+    }
+
     /// Sum of the weights of the observations that saw through a sample.
     pub fn free(&self, at: usize) -> f32 {
         let (unit, lane) = unit_of(at);
@@ -110,6 +115,20 @@ impl BlockGrid {
             blocks: Vec::new(),
             slots: vec![0; 1 << 12],
         }
+    }
+
+    /// A grid that keeps the given blocks, in which nothing was observed.
+    pub fn with_keys(voxel: f64, keys: &[[i32; 3]]) -> Self {
+        let mut grid = Self::new(voxel);
+        for key in keys {
+            grid.touch(*key);
+        }
+        grid
+    }
+
+    /// The key of the block that holds a point.
+    pub fn block_of(voxel: f64, point: [f64; 3]) -> [i32; 3] {
+        point.map(|x| (x / (voxel * f64::from(BLOCK))).floor() as i32)
     }
 
     /// The keys of the blocks, in the order of the blocks.
@@ -187,6 +206,24 @@ impl BlockGrid {
         let at = self.find(index.map(|i| i.div_euclid(BLOCK)))?;
         Some((&self.blocks[at], offset_in_block(index)))
     }
+
+    /// The signed distance at a global voxel index, m, where it was observed.
+    pub fn observed(&self, index: [i32; 3]) -> Option<f32> {
+        let (block, at) = self.sample(index)?;
+        Some(block.distance(at, 0.0)).filter(|d| !d.is_nan())
+    }
+
+    /// Whether the sample at a global voxel index was seen to be empty, away from any surface.
+    pub fn is_free(&self, index: [i32; 3]) -> bool {
+        self.sample(index).is_some_and(|(block, at)| block.is_free(at))
+    }
+}
+
+/// Position of a global voxel index inside its block, x fastest.
+fn offset_in_block(index: [i32; 3]) -> usize {
+    let [x, y, z] = index.map(|i| i.rem_euclid(BLOCK) as usize);
+    let n = BLOCK as usize;
+    x + n * (y + n * z)
 }
 
 #[cfg(test)]
@@ -226,6 +263,6 @@ mod tests {
         block.set(3, -0.001);
         assert_eq!(block.distance(3, 0.0), -0.001);
         block.free_all = 3.0;
-        assert!(block.distance(3, 0.0).is_nan());
+        assert!(block.distance(3, 0.0).is_nan() && block.is_free(3));
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::Vector;
-use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
+use parry3d_f64::query::{PointQuery, PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
 use super::{Mesh, is_closed_manifold, sample_surface};
@@ -77,6 +77,12 @@ impl SurfaceDistance {
                 if side < 0.0 { -n.distance } else { n.distance }
             })
         })
+    }
+
+    /// Whether a ray meets the surface within a number of lengths of its direction.
+    pub fn is_hit(&self, from: &Point3<f64>, direction: &Vector3<f64>, most: f64) -> bool {
+        let ray = Ray::new(to_parry(from), Vector::new(direction.x, direction.y, direction.z));
+        self.tree.intersects_local_ray(&ray, most)
     }
 
     /// Outward unit normal of a triangle; zero where it has no area.

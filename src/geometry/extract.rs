@@ -3,10 +3,9 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::Mesh;
-use super::blocks::{BLOCK_SAMPLES, Block, BlockGrid};
+use super::blocks::{BLOCK, BLOCK_SAMPLES, Block, BlockGrid};
 use super::cubes::{CUBE_TRIANGLES, cube_edge};
-use super::field::BLOCK;
+use super::{GridEdge, Mesh};
 
 /// Samples along an edge of a block with the first layer of its upper neighbours.
 const PAD: usize = BLOCK as usize + 1;
@@ -186,12 +185,25 @@ fn color(blocks: &[Option<&Block>; 8], place: [usize; 3], axis: usize) -> [u8; 3
     };
     let mut end = place;
     end[axis] += 1;
-    let mean = match (at(place), at(end)) {
+    between(at(place), at(end)).unwrap_or([128; 3])
+}
+
+/// The colour where the surface crosses a grid edge, from the ends that have one.
+pub fn edge_color(grid: &BlockGrid, edge: &GridEdge) -> Option<[u8; 3]> {
+    let [a, b] = [edge.corner, edge.end()].map(|index| {
+        let (block, at) = grid.sample(index)?;
+        block.rgb(at)
+    });
+    between(a, b)
+}
+
+/// The mean of two colours by their weights.
+fn between(a: Option<([f32; 3], f32)>, b: Option<([f32; 3], f32)>) -> Option<[u8; 3]> {
+    let mean = match (a, b) {
         (Some((a, wa)), Some((b, wb))) => std::array::from_fn(|i| (a[i] * wa + b[i] * wb) / (wa + wb)),
-        (Some((a, _)), None) | (None, Some((a, _))) => a,
-        (None, None) => [128.0; 3],
+        (a, b) => a.or(b)?.0,
     };
-    mean.map(|c| (c + 0.5).clamp(0.0, 255.0) as u8)
+    Some(mean.map(|c: f32| (c + 0.5).clamp(0.0, 255.0) as u8))
 }
 
 fn triangles(grid: &BlockGrid, at: usize, pieces: &[Piece], first: &[u32], rank: &[u32]) -> Vec<[u32; 3]> {

@@ -7,7 +7,6 @@ mod cubes;
 mod decompose;
 mod distance;
 mod extract;
-mod field;
 mod formats;
 mod gap;
 mod hull;
@@ -24,15 +23,14 @@ pub mod solids;
 mod superquadric;
 mod topology;
 
-pub use blocks::{BLOCK_SAMPLES, Block, BlockGrid, UNIT_SAMPLES, Unit, unit_of};
+pub use blocks::{BLOCK, BLOCK_SAMPLES, Block, BlockGrid, UNIT_SAMPLES, Unit, unit_of};
 pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
 pub use components::{
     UnionFind, directed_edges, edge_defects, number_sets, submesh, unique_edges, vertex_components, vertex_normals,
 };
 pub use decompose::{DecompositionConfig, convex_parts, decomposition_overlap};
 pub use distance::{Nearest, SurfaceDistance, SurfaceError, mean_surface_error};
-pub use extract::grid_surface;
-pub use field::{BLOCK, Field, Voxel, offset_in_block};
+pub use extract::{edge_color, grid_surface};
 pub use formats::{parse_mesh, write_obj};
 pub use gap::gap;
 pub use hull::{convex_hull, slim_hull};

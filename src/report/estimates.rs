@@ -113,7 +113,15 @@ fn shape(link: &Link) -> String {
         } else {
             "rounded"
         };
-        said.push(format!("{} mm, {near}", size.join(" × ")));
+        let within = s.residual.map_or_else(String::new, |r| {
+            format!(
+                " (superquadric, exponents {} and {}, {} mm rms)",
+                fixed(e1, 2),
+                fixed(e2, 2),
+                fixed(1e3 * r, 1)
+            )
+        });
+        said.push(format!("{} mm, {near}{within}", size.join(" × ")));
     }
     if let Some(best) = link.symmetry.first() {
         let planes = count(link.symmetry.len(), "plane of symmetry", "planes of symmetry");

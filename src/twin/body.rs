@@ -173,6 +173,9 @@ pub struct Superquadric {
     pub exponents: [f64; 2],
     /// Link-from-superquadric.
     pub pose: Pose,
+    /// Root mean square distance, along rays from its centre, of the surface that faces the open, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
 }
 
 impl Link {

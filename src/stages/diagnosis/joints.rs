@@ -9,13 +9,10 @@ use crate::twin::{CauseOdds, Evidence, Finding, Gain, Joint, Model};
 /// Standard deviations from the plain value from which on it counts: p below 6e-7.
 const CLEAR: f64 = 5.0;
 
-/// Damping and return springs that were measured beyond doubt, of joints whose motions are not `judged` by themselves.
-pub fn joint_findings(model: &Model, judged: &[Motions]) -> Vec<Finding> {
+/// Damping and return springs that were measured beyond doubt, of joints of which nothing is `named` yet.
+pub fn joint_findings(model: &Model, named: &[Finding]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let others = model
-        .twin
-        .joints()
-        .filter(|j| judged.iter().all(|m| m.joint() != j.name));
+    let others = model.twin.joints().filter(|j| named.iter().all(|f| f.place != j.name));
     for joint in others {
         let spring = "the joint pulls back the farther it is moved";
         let damping = "the joint resists more the faster it moves";

@@ -193,11 +193,11 @@ impl Volume {
         for z in 0..nz {
             for y in 0..ny {
                 for x in 0..nx {
-                    let sample = self.field.get(self.global(x, y, z)).copied().unwrap_or_default();
+                    let index = self.global(x, y, z);
                     let own = self.owner[self.at(x, y, z)] != FOREIGN;
-                    known.push(match sample.observed() {
-                        Some(distance) if own => Known::Distance(distance as f32),
-                        None if sample.is_free() => Known::Empty,
+                    known.push(match self.field.observed(index) {
+                        Some(distance) if own => Known::Distance(distance),
+                        None if self.field.is_free(index) => Known::Empty,
                         _ => Known::Nothing,
                     });
                 }

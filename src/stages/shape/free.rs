@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::Config;
-use super::fuse::ranges;
+use super::fields::ranges;
 use super::range::{Range, Reading};
 use crate::capture::Capture;
 
@@ -23,7 +23,8 @@ impl<'a> FreeSpace<'a> {
     /// From the views; without any, nothing is known to be empty.
     pub fn new(capture: &'a Capture, config: &Config) -> Self {
         Self {
-            ranges: ranges(capture),
+            // Views that do not fit their camera say nothing.
+            ranges: ranges(capture).unwrap_or_default(),
             margin: MARGIN * config.voxel,
         }
     }
@@ -42,12 +43,10 @@ impl<'a> FreeSpace<'a> {
 
     /// 1 where a view looked through, -1 where it saw something near, 0 where it says nothing.
     fn vote(&self, range: &Range, p: &Point3<f64>) -> i8 {
-        let p = range.camera_from_field * p;
-        let Some((u, v)) = range.pixel(&p) else { return 0 };
-        match range.read(u, v) {
-            Reading::Surface { depth, slant } if (depth - p.z) * slant > self.margin => 1,
-            Reading::Surface { depth, slant } if ((depth - p.z) * slant).abs() <= self.margin => -1,
-            Reading::Edge(near) if near - p.z > self.margin => 1,
+        match range.read(p) {
+            Reading::Surface(distance) if distance > self.margin => 1,
+            Reading::Surface(distance) if distance.abs() <= self.margin => -1,
+            Reading::Edge(gap) if gap > self.margin => 1,
             _ => 0,
         }
     }

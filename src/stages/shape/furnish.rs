@@ -48,5 +48,6 @@ fn furnish_one(object: &mut ShapedObject, config: &Config) {
         size: fit.size,
         exponents: fit.exponents,
         pose: fit.pose,
+        residual: Some(fit.residual),
     });
 }

@@ -9,17 +9,16 @@ use super::Config;
 use super::anchor::{anchors, origins};
 use super::complete::{Context, FindSymmetry, claim, complete};
 use super::discover::{Thing, discover, give_names, standing, without_crumbs};
-use super::fuse::{blocks_near_points, integrate, ranges};
+use super::fields::{blocks_near_points, integrate, ranges};
 use super::range::Range;
 use super::solid::Part;
 use super::split::{Split, split};
 use super::support::{Ground, find_support};
-use super::surface::open_surface;
 use super::volume::Volume;
 use super::walls::clear_walls;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
-use crate::geometry::{Field, Mesh, parse_mesh, simplify, submesh};
+use crate::geometry::{BlockGrid, Mesh, grid_surface, parse_mesh, simplify, submesh};
 use crate::twin::{Superquadric, SupportPlane, Symmetry};
 
 /// Most blocks of a sparse field: bounds its memory near 200 MB.
@@ -95,20 +94,21 @@ pub fn reconstruct_with(
             scene: None,
         });
     }
-    let mut ranges = ranges(capture);
+    let mut ranges = ranges(capture)?;
     let ground = find_support(capture, &ranges, notices);
     for range in &mut ranges {
-        range.camera_from_field *= ground.world_from_field;
+        range.seen_from(&ground.world_from_field);
     }
     let floor = floor_above(&ground, config);
     let scene = capture
         .support
         .is_none()
-        .then(|| scene(&ranges, config, &ground, notices));
+        .then(|| scene(&ranges, config, &ground, notices))
+        .transpose()?;
     let up = ground.world_from_field.rotation.inverse() * -capture.gravity.normalize();
     let room_up = scene.is_some().then_some(up);
     let named = origins(&anchors, &ground.world_from_field.inverse());
-    let (mut things, room) = find_things(&ranges, config, floor, &named, room_up.as_ref(), notices);
+    let (mut things, room) = find_things(&ranges, config, floor, &named, room_up.as_ref(), notices)?;
     for name in give_names(&mut things, named) {
         notices.note("shape", &name, "it is tracked, but the views do not show it");
     }
@@ -129,9 +129,9 @@ pub fn reconstruct_with(
 /// Settings that cannot work.
 pub fn seen_surface(capture: &Capture, config: &Config, notices: &mut Notices) -> Result<Mesh> {
     config.check()?;
-    let ranges = ranges(capture);
-    let field = sparse_field(&ranges, config, |_| true, "scene", notices);
-    Ok(open_surface(&field))
+    let ranges = ranges(capture)?;
+    let field = sparse_field(&ranges, config, |_| true, "scene", notices)?;
+    Ok(grid_surface(&field, 0.0))
 }
 
 /// Height above which a surface is a thing and no longer the support, m.
@@ -148,7 +148,7 @@ fn sparse_field(
     keep: impl Fn(&Point3<f64>) -> bool + Sync,
     about: &str,
     notices: &mut Notices,
-) -> Field {
+) -> Result<BlockGrid> {
     let mut voxel = config.voxel;
     let mut keys = blocks_near_points(ranges, voxel, &keep);
     while keys.len() > MOST_BLOCKS {
@@ -162,9 +162,9 @@ fn sparse_field(
             format!("fused with voxels of {:.1} mm to bound the memory", voxel * 1e3),
         );
     }
-    let mut field = Field::with_blocks(voxel, keys);
-    integrate(&mut field, ranges, config.truncation * voxel);
-    field
+    let mut field = BlockGrid::with_keys(voxel, &keys);
+    integrate(&mut field, ranges, config.truncation * voxel)?;
+    Ok(field)
 }
 
 /// The things, and the surface around them that belongs to none; `room_up`, against gravity, where there may
@@ -176,11 +176,11 @@ fn find_things(
     named: &[(String, Point3<f64>)],
     room_up: Option<&Vector3<f64>>,
     notices: &mut Notices,
-) -> (Vec<Thing>, Mesh) {
-    let field = sparse_field(ranges, config, |p| p.z > floor, "views", notices);
-    let surface = open_surface(&field);
+) -> Result<(Vec<Thing>, Mesh)> {
+    let field = sparse_field(ranges, config, |p| p.z > floor, "views", notices)?;
+    let surface = grid_surface(&field, 0.0);
     let Some(up) = room_up else {
-        return (discover(&surface, floor, 1.5 * field.voxel, notices), Mesh::default());
+        return Ok((discover(&surface, floor, 1.5 * field.voxel, notices), Mesh::default()));
     };
     let (above, _) = submesh(&surface, |t| surface.corners(t).iter().all(|p| p.z > floor));
     let frames: Vec<Point3<f64>> = named.iter().map(|(_, p)| *p).collect();
@@ -197,24 +197,24 @@ fn find_things(
         room.outer.append(&piece.surface);
     }
     let things = standing(pieces, &frames, &mut room.outer, notices);
-    (things, room.outer)
+    Ok((things, room.outer))
 }
 
 /// All that the views show, in the world frame, coarser than the things.
-fn scene(ranges: &[Range], config: &Config, ground: &Ground, notices: &mut Notices) -> Mesh {
+fn scene(ranges: &[Range], config: &Config, ground: &Ground, notices: &mut Notices) -> Result<Mesh> {
     let coarse = Config {
         voxel: SCENE_COARSENESS * config.voxel,
         ..config.clone()
     };
-    let field = sparse_field(ranges, &coarse, |_| true, "scene", notices);
-    let mut mesh = without_crumbs(&open_surface(&field));
+    let field = sparse_field(ranges, &coarse, |_| true, "scene", notices)?;
+    let mut mesh = without_crumbs(&grid_surface(&field, 0.0));
     let mut error = 0.1 * field.voxel;
     mesh = simplify(&mesh, error);
     while mesh.triangles.len() > MOST_SCENE_TRIANGLES {
         error *= 2.0;
         mesh = simplify(&mesh, error);
     }
-    mesh.transformed(&ground.world_from_field)
+    Ok(mesh.transformed(&ground.world_from_field))
 }
 
 /// A body's closed mesh in the field's frame, with the name that it was found under.
@@ -234,7 +234,7 @@ fn make_solids(
     let mut solids = Vec::new();
     for (i, thing) in things.iter().enumerate() {
         let parts = split(thing, config.voxel, notices);
-        let mut volume = volume_of(ranges, (things, room), i, &parts, config, floor, notices);
+        let mut volume = volume_of(ranges, (things, room), i, &parts, config, floor, notices)?;
         if let [] | [_] = &thing.named[..] {
             let context = Context {
                 things,
@@ -274,7 +274,7 @@ fn volume_of(
     config: &Config,
     floor: f64,
     notices: &mut Notices,
-) -> Volume {
+) -> Result<Volume> {
     let thing = &things[which];
     let bounds = thing.bounds();
     let extent = bounds.1 - bounds.0;
@@ -292,9 +292,9 @@ fn volume_of(
         );
         notices.note("shape", about, words);
     }
-    let mut volume = Volume::build(ranges, voxel, config.truncation * voxel, floor, bounds);
+    let mut volume = Volume::build(ranges, voxel, config.truncation * voxel, floor, bounds)?;
     claim(&mut volume, things, room, which, parts);
-    volume
+    Ok(volume)
 }
 
 /// Names what has none, and moves every mesh into its link frame.

@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 
 use nalgebra::{Point3, Vector3};
 
-use super::surface::edge_color;
 use super::volume::Volume;
 use crate::geometry::{
-    GridEdge, Mesh, Origin, Plane, cap_at_zero, cut_below, edge_defects, march_cell, submesh, unique_edges,
+    GridEdge, Mesh, Origin, Plane, cap_at_zero, cut_below, edge_color, edge_defects, march_cell, submesh, unique_edges,
     vertex_components, weld,
 };
 

@@ -4,9 +4,10 @@ use std::collections::VecDeque;
 
 use nalgebra::Point3;
 
-use super::fuse::{blocks_of_box, integrate};
+use super::fields::{blocks_of_box, integrate};
 use super::range::Range;
-use crate::geometry::{Field, Mesh};
+use crate::base::Result;
+use crate::geometry::{BLOCK, BlockGrid, Mesh};
 
 /// No body was reached from here.
 pub const NOBODY: u32 = u32::MAX;
@@ -16,7 +17,7 @@ pub const FOREIGN: u32 = u32::MAX - 1;
 /// A box of voxels around one thing.
 pub struct Volume {
     /// What was observed.
-    pub field: Field,
+    pub field: BlockGrid,
     /// Global index of the first voxel.
     pub low: [i32; 3],
     /// Global height index of the lowest layer that is clear of the support.
@@ -43,16 +44,17 @@ impl Volume {
         truncation: f64,
         floor: f64,
         bounds: (Point3<f64>, Point3<f64>),
-    ) -> Self {
+    ) -> Result<Self> {
         let pad = nalgebra::Vector3::repeat(6.0 * voxel);
         let (mut low, high) = (bounds.0 - pad, bounds.1 + pad);
         low.z = low.z.min(-4.0 * voxel);
-        let mut field = Field::with_blocks(voxel, blocks_of_box(voxel, &low, &high));
-        integrate(&mut field, ranges, truncation);
+        let keys: Vec<[i32; 3]> = blocks_of_box(voxel, &low, &high).collect();
+        let mut field = BlockGrid::with_keys(voxel, &keys);
+        integrate(&mut field, ranges, truncation)?;
         let first = field.keys().first().copied().unwrap_or_default();
         let last = field.keys().last().copied().unwrap_or_default();
-        let low = first.map(|k| k * crate::geometry::BLOCK);
-        let size = std::array::from_fn(|a| ((last[a] - first[a] + 1) * crate::geometry::BLOCK) as usize);
+        let low = first.map(|k| k * BLOCK);
+        let size = std::array::from_fn(|a| ((last[a] - first[a] + 1) * BLOCK) as usize);
         let count = size.iter().product();
         let mut volume = Self {
             field,
@@ -65,7 +67,7 @@ impl Volume {
             owner: vec![NOBODY; count],
         };
         volume.decide_with(&[], truncation as f32);
-        volume
+        Ok(volume)
     }
 
     /// Decides every sample: as observed, else as `filled` says (which may be empty), else by its column. Nobody owns
@@ -112,10 +114,9 @@ impl Volume {
                 let mut inside = false;
                 for z in (0..self.size[2]).rev() {
                     let at = self.at(x, y, z);
-                    let sample = self.field.get(self.global(x, y, z)).copied().unwrap_or_default();
-                    if let Some(distance) = sample.observed() {
+                    let index = self.global(x, y, z);
+                    if let Some(distance) = self.field.observed(index) {
                         // Never exactly zero, so that the sign always decides.
-                        let distance = distance as f32;
                         self.distance[at] = if distance.abs() < 1e-7 { 1e-7 } else { distance };
                         self.observed[at] = true;
                         inside = distance < 0.0;
@@ -124,7 +125,7 @@ impl Volume {
                         self.mirrored[at] = true;
                         inside = distance < 0.0;
                     } else {
-                        inside &= !sample.is_free();
+                        inside &= !self.field.is_free(index);
                         self.distance[at] = if inside { -truncation } else { truncation };
                     }
                 }

@@ -129,10 +129,10 @@ fn plumb_plane(sample: &[(Point3<f64>, Vector3<f64>)], up: &Vector3<f64>, rng: &
 fn focus(ranges: &[Range]) -> Point3<f64> {
     let mut sum = Vector3::zeros();
     for range in ranges {
-        let mut depths: Vec<f64> = range.points(8).map(|p| (range.camera_from_field * p).z).collect();
+        let mut depths: Vec<f64> = range.points(8).map(|p| (range.camera_from_field() * p).z).collect();
         depths.sort_by(f64::total_cmp);
         let depth = depths.get(depths.len() / 2).copied().unwrap_or_default();
-        sum += (range.camera_from_field.inverse() * Point3::new(0.0, 0.0, depth)).coords;
+        sum += (range.camera_from_field().inverse() * Point3::new(0.0, 0.0, depth)).coords;
     }
     Point3::from(sum / ranges.len().max(1) as f64)
 }

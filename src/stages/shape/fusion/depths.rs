@@ -11,6 +11,9 @@ pub const MARGIN: usize = 4;
 /// Rows are filled up to a multiple of this many pixels, so that they can be worked on in equal pieces.
 pub const COLUMNS: usize = 128;
 
+/// Largest change of the inverse depth of a surface from pixel to pixel, in its own units per pixel of focal length.
+pub const STEEPEST: f32 = 2.5;
+
 /// Inverse depths, 1/m, 0 where there is no reading, with a margin all around.
 pub struct InverseDepths {
     pub width: usize,
@@ -43,7 +46,9 @@ impl InverseDepths {
                     let known = z >= near && z <= far;
                     *q = if known { 1.0 / z } else { 0.0 };
                 }
+                fill_row(&mut row[MARGIN - 1..=MARGIN + width], camera);
             });
+        fill_columns(&mut values, stride, camera);
         Self {
             width,
             height,
@@ -65,11 +70,59 @@ impl InverseDepths {
     }
 }
 
+/// Fills single missing readings, as images that were registered to another camera have in whole rows and columns:
+/// inverse depth is linear in the image of a plane.
+fn fill_row(row: &mut [f32], camera: &Camera) {
+    for x in 1..row.len() - 1 {
+        if row[x] == 0.0 {
+            row[x] = between(row[x - 1], row[x + 1], camera.fx as f32);
+        }
+    }
+}
+
+/// The same along columns. What is filled lies between readings, so that the order does not matter.
+fn fill_columns(values: &mut [f32], stride: usize, camera: &Camera) {
+    let rows = values.len() / stride;
+    let found: Vec<Vec<(usize, f32)>> = (1..rows.saturating_sub(1))
+        .into_par_iter()
+        .with_min_len(16)
+        .map(|y| {
+            let [above, own, below] = [y - 1, y, y + 1].map(|y| &values[y * stride..][..stride]);
+            let ends = above.iter().zip(below);
+            let missing = own.iter().zip(ends).enumerate().filter(|(_, (q, _))| **q == 0.0);
+            missing
+                .map(|(x, (_, (a, b)))| (y * stride + x, between(*a, *b, camera.fy as f32)))
+                .filter(|(_, q)| *q > 0.0)
+                .collect()
+        })
+        .collect();
+    for (at, q) in found.into_iter().flatten() {
+        values[at] = q;
+    }
+}
+
+/// The middle of two readings two pixels apart that may be of one surface, else 0.
+fn between(a: f32, b: f32, focal: f32) -> f32 {
+    let middle = 0.5 * (a + b);
+    let one = a > 0.0 && b > 0.0 && (a - b).abs() < 2.0 * STEEPEST * middle / focal;
+    if one { middle } else { 0.0 }
+}
+
 /// Mean of some of the readings, 1/m.
 fn middle(values: &[f32]) -> f32 {
     let few = values.iter().step_by(61).filter(|q| **q > 0.0);
     let (sum, count) = few.fold((0.0_f64, 0.0_f64), |(s, n), q| (s + f64::from(*q), n + 1.0));
     (sum / count.max(1.0)) as f32
+}
+
+/// The depth that a camera read along the ray of an undistorted pixel, m; nothing where it read none.
+pub fn raw_depth(camera: &Camera, depth: &DepthImage, x: usize, y: usize) -> Option<f64> {
+    let count = if camera.distortion == [0.0; 5] {
+        *depth.counts.get(x + depth.width as usize * y)?
+    } else {
+        bent(camera, depth, x, y)
+    };
+    (count > 0).then(|| f64::from(count) * camera.depth_unit)
 }
 
 /// The pixel of the camera's own image, nearest to where the ray of an undistorted pixel falls.

@@ -1,6 +1,6 @@
 //! The door to fusion: one view after the other in, a mesh out.
 
-use nalgebra::{Isometry3, Matrix3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::depths::InverseDepths;
@@ -95,24 +95,10 @@ impl Fusion {
         depth: &DepthImage,
         color: Option<&ColorImage>,
     ) -> Result<()> {
-        check_size(camera, depth)?;
-        let view = prepare(camera, field_from_camera, depth, color);
+        let view = prepare(camera, field_from_camera, depth, color)?;
         let near = self.config.behind.max(2.0 * self.config.voxel);
         touch_blocks(&mut self.grid, &view, field_from_camera, near);
-        let reach = Reach {
-            front: self.config.truncation as f32,
-            behind: self.config.behind as f32,
-            voxel: self.config.voxel as f32,
-        };
-        let (keys, blocks) = self.grid.parts_mut();
-        keys.par_chunks(TASK)
-            .zip(blocks.par_chunks_mut(TASK))
-            .for_each(|(keys, blocks)| {
-                for (key, block) in keys.iter().zip(blocks) {
-                    update(&view, *key, block, reach);
-                }
-            });
-        Ok(())
+        fill(&mut self.grid, &[&view], &self.config)
     }
 
     /// The observed surface, coloured where colours were given, in the frame of the field. Open where nothing was
@@ -127,6 +113,31 @@ impl Fusion {
     }
 }
 
+/// Adds every view to every block that the grid keeps; a block takes the views in their order, whichever thread it is
+/// on.
+///
+/// # Errors
+/// Settings that cannot work.
+pub fn fill(grid: &mut BlockGrid, views: &[&Prepared], config: &FusionConfig) -> Result<()> {
+    config.check()?;
+    let reach = Reach {
+        front: config.truncation as f32,
+        behind: config.behind as f32,
+        voxel: config.voxel as f32,
+    };
+    let (keys, blocks) = grid.parts_mut();
+    keys.par_chunks(TASK)
+        .zip(blocks.par_chunks_mut(TASK))
+        .for_each(|(keys, blocks)| {
+            for (key, block) in keys.iter().zip(blocks) {
+                for view in views {
+                    update(view, *key, block, reach);
+                }
+            }
+        });
+    Ok(())
+}
+
 fn check_size(camera: &Camera, depth: &DepthImage) -> Result<()> {
     let pixels = depth.width as usize * depth.height as usize;
     let fits = (depth.width, depth.height) == (camera.width, camera.height) && depth.counts.len() == pixels;
@@ -139,23 +150,28 @@ fn check_size(camera: &Camera, depth: &DepthImage) -> Result<()> {
     )))
 }
 
-fn prepare<'a>(
+/// Makes a view ready to be added to a field; the arguments are those of [`Fusion::integrate`].
+///
+/// # Errors
+/// Images whose size is not the camera's, or of more than eight million pixels.
+pub fn prepare<'a>(
     camera: &'a Camera,
     field_from_camera: &Isometry3<f64>,
     depth: &DepthImage,
     color: Option<&'a ColorImage>,
-) -> Prepared<'a> {
+) -> Result<Prepared<'a>> {
+    check_size(camera, depth)?;
     let depths = InverseDepths::new(camera, depth);
     let planes = Planes::new(camera, &depths, camera.depth_sd);
     let pyramid = Pyramid::new(&depths);
-    let camera_from_field = field_from_camera.inverse();
-    let project = Matrix3::new(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
-    Prepared {
+    let mut view = Prepared {
         camera,
         color,
         planes,
         pyramid,
-        rotation: project * camera_from_field.rotation.to_rotation_matrix().into_inner(),
-        offset: project * camera_from_field.translation.vector,
-    }
+        rotation: Matrix3::identity(),
+        offset: Vector3::zeros(),
+    };
+    view.place(&field_from_camera.inverse());
+    Ok(view)
 }

@@ -11,4 +11,10 @@ mod units;
 mod update;
 mod windows;
 
-pub use fuse::{Fusion, FusionConfig};
+#[cfg(test)]
+mod tests;
+
+pub use depths::raw_depth;
+pub use fuse::{Fusion, FusionConfig, fill, prepare};
+pub use planes::Sight;
+pub use update::Prepared;

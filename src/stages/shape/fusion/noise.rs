@@ -6,6 +6,10 @@ use super::windows::{CellSums, fit_cells};
 
 /// Least noise that is taken to be there, of the inverse depth, 1/m.
 const LEAST_NOISE: f64 = 2e-4;
+/// Noise that is assumed where it is neither stated nor can be measured, for want of whole windows, 1/m.
+const ASSUMED_NOISE: f64 = 1.5e-3;
+/// Fewest windows that tell the noise.
+const FEWEST: usize = 20;
 /// Rows of cells from one that is looked at to the next.
 const ROWS: usize = 12;
 /// Cells from one that is looked at to the next.
@@ -29,11 +33,12 @@ impl Noise {
     /// than `stated`, the camera's own depth noise at 1 m, m.
     pub fn measure(depths: &InverseDepths, stated: Option<f64>) -> Self {
         let mut found = misfits(depths);
+        let unknown = if found.len() < FEWEST { ASSUMED_NOISE } else { 0.0 };
         found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let half = found.len() / 2;
         let middle = found.get(half).map_or(1.0, |f| f.0);
         let (far, near) = found.split_at_mut(half);
-        let least = stated.unwrap_or(0.0).max(LEAST_NOISE).powi(2) as f32;
+        let least = stated.unwrap_or(unknown).max(LEAST_NOISE).powi(2) as f32;
         let mut measured = Self::through(median(near), median(far));
         measured.even = measured.even.max(least - measured.steep * middle.powi(4));
         measured

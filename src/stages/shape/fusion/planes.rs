@@ -10,7 +10,7 @@ use wide::f32x4;
 use super::depths::{COLUMNS, InverseDepths};
 use super::noise::Noise;
 use super::patches::patch;
-use super::windows::{CellSums, Fit, fit_cells};
+use super::windows::{CellSums, Fit, fit_cells, larger};
 use crate::capture::Camera;
 
 /// Rows of cells that are worked on at once.
@@ -55,6 +55,16 @@ pub enum Cell {
     Smooth,
     Torn,
     Nothing,
+}
+
+/// What a pixel shows.
+#[derive(Clone, Copy)]
+pub enum Sight {
+    Nothing,
+    /// No surface of its own; the depth of the nearest reading around it, m.
+    Torn(f32),
+    /// The plane with this record.
+    Surface([f32; 4]),
 }
 
 /// What is needed of the camera.
@@ -144,6 +154,19 @@ impl Planes {
         (whole(x), whole(y))
     }
 
+    /// What the pixel in column `x` and row `y` shows.
+    pub fn sight(&self, x: usize, y: usize) -> Sight {
+        let record = self.pixel(x as u32 + 2, y as u32 + 2);
+        if record[3] > 0.0 {
+            return Sight::Surface(record);
+        }
+        let cell = self.cell(((y / 2 + 1) * self.columns + x / 2 + 1) as u32);
+        match Cell::of(&cell) {
+            Cell::Torn if cell[1] < f32::MAX => Sight::Torn(1.0 / cell[1]),
+            _ => Sight::Nothing,
+        }
+    }
+
     /// The record at a pixel, counted from the margin.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
@@ -215,8 +238,12 @@ fn records(fit: &Fit, lens: Lens, noise: Noise, left: usize, row: usize) -> [[f3
     let v = 2.0 * row as f32 + 0.5;
     for (x, record) in found.iter_mut().enumerate() {
         let u = 2.0 * (left + x) as f32 + 0.5;
-        let [a, b, c, d] = lens.record(fit.q[x], fit.a[x], fit.b[x], u, v);
-        let smooth = fit.low[x] > 0.0 && fit.misfit[x] <= SMOOTH * noise.variance(fit.q[x]);
+        let variance = noise.variance(fit.q[x]);
+        // A plane lies inside of what is bent: the middle is moved out, by as much as the bend stands out of the noise
+        // (the positive part of James and Stein's estimator).
+        let sure = larger(1.0 - variance / larger(fit.power[x], 1e-12), 0.0);
+        let [a, b, c, d] = lens.record(fit.q[x] - sure * fit.bend[x], fit.a[x], fit.b[x], u, v);
+        let smooth = fit.low[x] > 0.0 && fit.misfit[x] <= SMOOTH * variance;
         let torn = if fit.near[x] > 0.0 { -1.0 } else { NOTHING[3] };
         let upright = if d * fit.q[x] > LEAST_SLANT { d } else { NOTHING[3] };
         let through = if fit.low[x] > 0.0 { fit.near[x] } else { f32::MAX };

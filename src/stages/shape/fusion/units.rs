@@ -16,7 +16,8 @@ const X: [f32; 4] = [-1.5, -0.5, 0.5, 1.5];
 const YZ: [(f32, f32); ROWS] = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)];
 /// Rows of a unit.
 const ROWS: usize = 4;
-/// Of a sample that lies half a voxel or more behind the surface, how much counts falls off towards the truncation.
+/// Of a sample that lies half a voxel or more behind the surface, how much counts falls off towards the truncation, with
+/// the fourth power: of a wall of two voxels each side then is seen by its own views alone.
 const FLAT: f32 = 0.5;
 
 /// A block that a view is added to, layer by layer.
@@ -201,6 +202,7 @@ impl<'a> Units<'a> {
             let d = distance[row];
             let share = (d + self.reach.behind) * self.fall;
             let share = share.fast_min(f32x4::ONE).fast_max(f32x4::ZERO);
+            let share = share * share;
             let beyond = d.simd_gt(f32x4::splat(self.reach.front));
             trust[row] = !beyond & (full[row] * share * share);
             // What lies far behind is trusted with 0 and, where there is nothing, infinitely far: it is left out.

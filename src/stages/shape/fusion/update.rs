@@ -1,6 +1,6 @@
 //! One view into one block: what it can say about the block as a whole, and then about its samples.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use wide::f32x4;
 
 use super::noise::Noise;
@@ -28,6 +28,16 @@ pub struct Prepared<'a> {
     /// Takes a point of the field to `(z u, z v, z)`: pixels times depth, and depth.
     pub rotation: Matrix3<f64>,
     pub offset: Vector3<f64>,
+}
+
+impl Prepared<'_> {
+    /// Puts the view into a field.
+    pub fn place(&mut self, camera_from_field: &Isometry3<f64>) {
+        let camera = self.camera;
+        let project = Matrix3::new(camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0);
+        self.rotation = project * camera_from_field.rotation.to_rotation_matrix().into_inner();
+        self.offset = project * camera_from_field.translation.vector;
+    }
 }
 
 /// How far the distance reaches in front of and behind the surface, m, and the edge of a voxel, m.

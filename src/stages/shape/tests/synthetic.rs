@@ -196,7 +196,7 @@ fn a_ball_stands_on_what_could_not_be_seen_of_it() {
 fn a_cup_stays_open() {
     let volume = check(&scene(cup_thing, true, [0.0; 5]), cup_thing);
     // The wall and the floor of the cup are 117 cm3, the filled cup is 402 cm3.
-    assert!((volume / 117.3e-6 - 1.0).abs() < 0.15, "{volume}");
+    assert!((volume / 117.3e-6 - 1.0).abs() < 0.02, "{volume}");
 }
 
 #[test]
@@ -256,26 +256,76 @@ fn a_half_seen_box_is_completed_by_its_symmetry_and_says_so() {
     let plain = reconstruct(&capture, &Config::default(), &mut notices).unwrap().objects;
     let find = |_: &Mesh, _: &Pose, _: Option<&SupportPlane>| Ok(truth.clone());
     let shapes = reconstruct_with(&capture, &Config::default(), &find, &mut notices).unwrap();
+    // The hidden face, x = -0.04, but for its rim and for what the support blurs.
     let off = |o: &ShapedObject| {
-        let far = o
-            .mesh
-            .vertices
-            .iter()
-            .map(|v| box_thing(&(o.world_from_link.0 * v)).abs());
-        far.sum::<f64>() / o.mesh.vertices.len() as f64
+        let placed = o.mesh.vertices.iter().map(|v| o.world_from_link.0 * v);
+        let far: Vec<f64> = placed
+            .filter(|p| p.x < -0.03 && (p.y + 0.02).abs() < 0.035 && (0.008..0.055).contains(&p.z))
+            .map(|p| box_thing(&p).abs())
+            .collect();
+        far.iter().sum::<f64>() / far.len() as f64
     };
     let [before, after] = [off(&plain[0]), off(&shapes.objects[0])];
     let [seen, mirrored, closed] = shapes.objects[0].mesh.origin_shares();
     assert_eq!(edge_defects(&shapes.objects[0].mesh), 0);
     assert!(after < 0.7 * before, "{before} {after}");
-    assert!(
-        seen > 0.4 && mirrored > 0.05 && closed > 0.1,
-        "{seen} {mirrored} {closed}"
+    // Only that face was hidden: its area, less the rim that the seen faces show and the foot that the layer above it
+    // continues, is all that an image may claim.
+    let hidden = 0.08 * 0.06 / (2.0 * (0.1 * 0.08 + 0.1 * 0.06 + 0.08 * 0.06));
+    eprintln!(
+        "OUT hidden {hidden:.3} mirrored {mirrored:.3} seen {seen:.3} closed {closed:.3}; off {before:.5} {after:.5}"
     );
+    assert!(mirrored > 0.6 * hidden && mirrored < hidden, "{mirrored} of {hidden}");
+    assert!(seen > 0.4 && closed > 0.1, "{seen} {closed}");
     assert!(
         notices
             .0
             .iter()
             .any(|n| n.message.contains("completed by its symmetry"))
     );
+}
+
+/// What is fused with noise from views that never showed the foot still comes out as the box and the ball that it is.
+#[test]
+fn fused_things_have_the_superquadrics_that_they_are() {
+    for (thing, half, center, exponents) in [
+        (
+            box_thing as Distance,
+            [0.03, 0.04, 0.05],
+            [0.01, -0.02, 0.03],
+            [0.1..0.35, 0.1..0.35],
+        ),
+        (ball_thing, [0.05; 3], [0.0, 0.0, 0.05], [0.85..1.15, 0.85..1.15]),
+    ] {
+        let mut notices = Notices::default();
+        let mut shapes = reconstruct(&scene(thing, true, [0.0; 5]), &Config::default(), &mut notices).unwrap();
+        furnish(&mut shapes, &Config::default(), &mut notices);
+        let object = &shapes.objects[0];
+        let fit = object.superquadric.as_ref().unwrap();
+        let at = object.world_from_link.0 * fit.pose.0;
+        assert!((at.translation.vector - Vector3::from(center)).norm() < 2e-3, "{fit:?}");
+        let mut size = fit.size;
+        size.sort_by(f64::total_cmp);
+        assert!(size.iter().zip(half).all(|(a, b)| (a - b).abs() < 2e-3), "{fit:?}");
+        assert!(
+            fit.exponents.iter().zip(exponents).all(|(e, range)| range.contains(e)),
+            "{fit:?}"
+        );
+        assert!(fit.residual.unwrap() < 1e-3, "{fit:?}");
+    }
+}
+
+fn thin_cup(p: &Point3<f64>) -> f64 {
+    cylinder(p, 0.04, 0.0, 0.09).max(-cylinder(p, 0.036, 0.005, 0.2))
+}
+
+/// The views of the outside must not push the inside away, nor the other way round.
+#[test]
+fn a_wall_of_two_voxels_keeps_its_thickness() {
+    let mut notices = Notices::default();
+    let shapes = reconstruct(&scene(thin_cup, true, [0.0; 5]), &Config::default(), &mut notices).unwrap();
+    let volume = 1e6 * shapes.objects[0].mesh.volume();
+    let truth = 1e6 * std::f64::consts::PI * (0.04 * 0.04 * 0.09 - 0.036 * 0.036 * 0.085);
+    eprintln!("OUT thin cup {volume:.2} of {truth:.2} cm³");
+    assert!((volume / truth - 1.0).abs() < 0.03, "{volume} of {truth} cm³");
 }

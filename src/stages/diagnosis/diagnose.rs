@@ -12,7 +12,7 @@ use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
 use super::white::whiteness;
-use super::{Config, Trace, asking, named};
+use super::{Config, Curve, Trace, asking, named};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
 use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
@@ -60,21 +60,19 @@ pub fn diagnose(
 ) -> Result<Diagnosed> {
     config.check()?;
     let (plain, mut findings) = centre_findings(capture, segmented, model);
-    let experiments = name_causes(capture, segmented, model, config, &mut findings);
-    let predicted = |with: &Model| -> Vec<Trace> {
+    let (experiments, joints) = name_causes(capture, segmented, model, config, &mut findings);
+    let predicted = |with: &Model, loads: &[Load]| -> Vec<Trace> {
         let of = |name: &str| segmented.iter().find(|s| s.interaction == name);
-        capture
-            .interactions
-            .iter()
-            .map(|i| trace_of(capture, i, of(&i.name), with))
+        let each = capture.interactions.iter();
+        each.map(|i| or_load(trace_of(capture, i, of(&i.name), with), loads))
             .collect()
     };
-    let traces = predicted(model);
+    let traces = predicted(model, &joints.full);
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces)
     } else {
-        base_fit(&predicted(&plain))
+        base_fit(&predicted(&plain, &joints.plain))
     };
     base.tests = whiteness(&traces);
     let verdict = match verdict(&traces, config) {
@@ -91,6 +89,28 @@ pub fn diagnose(
     Ok(Diagnosed { diagnosis, traces })
 }
 
+/// The curve of an interaction, by its name.
+type Load = (String, Curve);
+
+/// Loads of joints as the plain and the extended model foretell them.
+#[derive(Default)]
+struct Loads {
+    plain: Vec<Load>,
+    full: Vec<Load>,
+}
+
+/// A trace without curves takes those of a joint's load, where there are any.
+fn or_load(mut trace: Trace, loads: &[Load]) -> Trace {
+    if trace.curves.is_empty() {
+        let own = loads.iter().filter(|(name, _)| *name == trace.interaction);
+        trace.curves = own.map(|(_, curve)| curve.clone()).collect();
+        if !trace.curves.is_empty() {
+            trace.remark = Some("the load along the joint, from its measured motion".into());
+        }
+    }
+    trace
+}
+
 /// Below this probability a finding's name is one of several.
 const SURE: f64 = 0.75;
 
@@ -101,7 +121,7 @@ fn name_causes(
     model: &Model,
     config: &Config,
     findings: &mut Vec<Finding>,
-) -> Vec<Experiment> {
+) -> (Vec<Experiment>, Loads) {
     let pushes = Pushes::new(capture, segmented, model);
     let presses = Presses::new(capture, segmented, model);
     let motions = of_all_joints(capture, segmented, model);
@@ -109,17 +129,26 @@ fn name_causes(
         pushes.as_ref().map(|p| p as &dyn Family),
         presses.as_ref().map(|p| p as &dyn Family),
     ];
-    let families = first.into_iter().flatten();
+    let families = first.into_iter().flatten().map(|f| (f, None));
+    let of_joints = motions.iter().map(|m| (m as &dyn Family, Some(m)));
+    let mut loads = Loads::default();
     let mut untestable = BTreeSet::new();
-    for family in families.chain(motions.iter().map(|m| m as &dyn Family)) {
+    for (family, joint) in families.chain(of_joints) {
         let Some(ladder) = climb(family, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
         findings.extend(named::findings(family, &ladder));
+        let owned = |(name, curve): (&str, Curve)| (name.to_owned(), curve);
+        loads
+            .plain
+            .extend(joint.iter().flat_map(|m| m.curves(&ladder.plain)).map(owned));
+        loads
+            .full
+            .extend(joint.iter().flat_map(|m| m.curves(&ladder.full)).map(owned));
     }
     let of_joints = joint_findings(model, findings);
     findings.extend(of_joints);
     findings.retain(|f| config.allows(&f.cause));
-    asking::experiments(findings, &untestable)
+    (asking::experiments(findings, &untestable), loads)
 }
 
 fn say(capture: &Capture, traces: &[Trace], notices: &mut Notices) {

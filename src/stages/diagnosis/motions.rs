@@ -6,9 +6,12 @@
 //! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
 //! what friction allows.
 
-use super::Quantity;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Law, Parameter, Scatter};
+use super::fit::Fit;
+use super::marginal::weights;
 use super::motion_laws::{Moved, effort, held, motion_laws, read, sliding};
+use super::named::left;
+use super::{Curve, Quantity};
 use crate::capture::{Capture, Interaction, Segmented};
 use crate::math::{median, quantile};
 use crate::stages::estimation::{JointLoad, joint_loads};
@@ -26,6 +29,8 @@ const STANDS: f64 = 3e-3;
 const EVEN: f64 = 0.015;
 /// Share of the fast speeds below which the direction of friction is not sure.
 const SLOW: f64 = 0.06;
+/// Weight of a sample below which nothing is foretold.
+const SURE: f64 = 0.1;
 /// Fewest samples that move, and fewest motions.
 const SAMPLES: usize = 20;
 const MOTIONS: usize = 3;
@@ -44,6 +49,7 @@ pub struct Scale {
 
 /// All motions of one joint.
 pub struct Motions {
+    joint: String,
     groups: Vec<Group>,
     kinds: Vec<ChannelKind>,
     base: Vec<Parameter>,
@@ -53,6 +59,8 @@ pub struct Motions {
     friction: f64,
     slow: f64,
     turns: bool,
+    /// When the first motion began, s, of the capture's clock.
+    zero: f64,
 }
 
 struct Read {
@@ -137,6 +145,7 @@ impl Motions {
         let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
         let zero = loads().map(|l| l.time).fold(f64::INFINITY, f64::min);
         let mut out = Self {
+            joint: joint.name.clone(),
             groups: Vec::new(),
             kinds: vec![ChannelKind {
                 quantity: if turns { Quantity::Torque } else { Quantity::Force },
@@ -155,14 +164,37 @@ impl Motions {
             friction,
             slow,
             turns,
+            zero,
         };
         for read in reads {
-            out.add(read, zero);
+            out.add(read);
         }
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
         out.base[1] = Parameter::amplitude("inertia", out.base[1].unit, 2.0 * largest / gain);
         Some(out)
+    }
+
+    /// The load that `fit` foretells beside the measured one, by interaction; where the joint stands or sets out it
+    /// foretells nothing.
+    pub fn curves(&self, fit: &Fit) -> Vec<(&str, Curve)> {
+        let one = |g: usize| {
+            let group = &self.groups[g];
+            let channel = &group.channels[0];
+            let sure = weights(self, g).into_iter().zip(&self.moments[g]);
+            let rows = sure.zip(left(self, fit, g, true)).zip(&channel.measured);
+            let foretold = rows.map(|(((w, m), e), x)| if w < SURE || m.still { f64::NAN } else { x - e });
+            let curve = Curve {
+                label: format!("{}: load of the tool along it", self.joint),
+                quantity: self.kinds[0].quantity,
+                time: self.moments[g].iter().map(|m| m.time + self.zero).collect(),
+                measured: channel.measured.clone(),
+                predicted: foretold.collect(),
+                noise: Some(self.kinds[0].sigma),
+            };
+            (group.name.as_str(), curve)
+        };
+        (0..self.groups.len()).map(one).collect()
     }
 
     /// What is left open of the load: the arm of the force, the noise of the speed as far as the load depends on it (or
@@ -181,7 +213,7 @@ impl Motions {
         unsteady + EVEN.hypot(shaken) * l[i].load.abs()
     }
 
-    fn add(&mut self, read: &Read, zero: f64) {
+    fn add(&mut self, read: &Read) {
         let l = &read.loads;
         let mut travelled: f64 = 0.0;
         let mut rests = 0.0;
@@ -199,7 +231,7 @@ impl Motions {
                 0.0
             };
             moments.push(Moved {
-                time: l[i].time - zero,
+                time: l[i].time - self.zero,
                 position: l[i].position,
                 speed: l[i].speed,
                 gain: (l[b].speed - l[a].speed) / (l[b].time - l[a].time).max(1e-6),

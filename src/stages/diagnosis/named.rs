@@ -149,7 +149,7 @@ fn evidence(law: &Law, taken: &Taken) -> Evidence {
 }
 
 /// What is left of each sample of a held-out interaction, with what no model could foretell of it fitted `anew`.
-fn left(family: &dyn Family, fit: &Fit, group: usize, anew: bool) -> Vec<f64> {
+pub fn left(family: &dyn Family, fit: &Fit, group: usize, anew: bool) -> Vec<f64> {
     let point = Point {
         laws: &fit.laws,
         theta: &fit.theta,

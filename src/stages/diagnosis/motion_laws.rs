@@ -336,8 +336,12 @@ fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         make.law(
             "limit-compliance",
             form::LIMIT_LOW,
-            (vec![stop("k")], vec![within("q_limit", low, low + 0.5 * span)]),
-            [0.07, 0.15, 0.25].iter().map(|x| vec![low + x * span]).collect(),
+            (
+                vec![stop("k")],
+                // Nearer to where motions set out it could not be told from their start.
+                vec![within("q_limit", low + 0.12 * span, low + 0.5 * span)],
+            ),
+            [0.15, 0.25, 0.4].iter().map(|x| vec![low + x * span]).collect(),
             "before some place the joint runs into something that gives",
         ),
     ]

@@ -21,8 +21,8 @@ use crate::twin::{Joint, JointKind, Model};
 const BIN: f64 = 0.04;
 /// Half the span of the parabola from which velocities come: at first, at least, at most, s, and as a share of the
 /// time that the motion takes from end to end.
-const HALF: [f64; 3] = [0.08, 0.04, 0.3];
-const SHARE: f64 = 0.06;
+const HALF: [f64; 3] = [0.08, 0.04, 0.4];
+const SHARE: f64 = 0.1;
 /// A parent that moves by more than this does not stand, m.
 const STANDS: f64 = 3e-3;
 /// Share of the load that the plain model leaves open: the arm of the force, the axis.
@@ -262,8 +262,8 @@ impl Motions {
 /// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
 fn creep(fast: f64, turns: bool) -> Parameter {
     Parameter {
-        high: (0.25 * fast).ln(),
-        ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.04 * fast, 0.8)
+        high: (0.1 * fast).ln(),
+        ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.02 * fast, 0.8)
     }
 }
 

@@ -149,15 +149,37 @@ pub struct Scatter {
     pub step: f64,
 }
 
+/// Samples, plain model and laws of a kind of experiment.
+#[derive(Clone, Debug, Default)]
+pub struct Sheet {
+    pub groups: Vec<Group>,
+    pub kinds: Vec<ChannelKind>,
+    pub base: Vec<Parameter>,
+    pub scatter: Vec<Scatter>,
+    pub laws: Vec<Law>,
+}
+
 /// A kind of experiment with its plain model and its laws.
 pub trait Family: Sync {
-    fn groups(&self) -> &[Group];
-    fn kinds(&self) -> &[ChannelKind];
-    fn base(&self) -> &[Parameter];
-    fn scatter(&self) -> &[Scatter];
-    fn laws(&self) -> &[Law];
+    fn sheet(&self) -> &Sheet;
     /// All channels of a group, one after the other.
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64>;
     /// Covariates of a group's samples, for profiles: name, unit, values over all channels (NaN where not defined).
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)>;
+
+    fn groups(&self) -> &[Group] {
+        &self.sheet().groups
+    }
+    fn kinds(&self) -> &[ChannelKind] {
+        &self.sheet().kinds
+    }
+    fn base(&self) -> &[Parameter] {
+        &self.sheet().base
+    }
+    fn scatter(&self) -> &[Scatter] {
+        &self.sheet().scatter
+    }
+    fn laws(&self) -> &[Law] {
+        &self.sheet().laws
+    }
 }

@@ -6,7 +6,7 @@
 //! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
 //! what friction allows.
 
-use super::family::{Active, Channel, ChannelKind, Family, Group, Law, Parameter, Scatter};
+use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::marginal::weights;
 use super::motion_laws::{Moved, effort, held, motion_laws, read, sliding};
@@ -50,11 +50,7 @@ pub struct Scale {
 /// All motions of one joint.
 pub struct Motions {
     joint: String,
-    groups: Vec<Group>,
-    kinds: Vec<ChannelKind>,
-    base: Vec<Parameter>,
-    scatter: Vec<Scatter>,
-    laws: Vec<Law>,
+    sheet: Sheet,
     moments: Vec<Vec<Moved>>,
     friction: f64,
     slow: f64,
@@ -146,20 +142,22 @@ impl Motions {
         let zero = loads().map(|l| l.time).fold(f64::INFINITY, f64::min);
         let mut out = Self {
             joint: joint.name.clone(),
-            groups: Vec::new(),
-            kinds: vec![ChannelKind {
-                quantity: if turns { Quantity::Torque } else { Quantity::Force },
-                sigma: noise.max(1e-3 * largest),
-                jitter: 0.12,
-            }],
-            base: vec![
-                Parameter::amplitude("log_friction", "1", 1.0),
-                Parameter::amplitude("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
-                Parameter::amplitude("delay", "s", 0.012),
-                creep(fast, turns),
-            ],
-            scatter: scatter_of(lever),
-            laws: motion_laws(&joint.name, &scale),
+            sheet: Sheet {
+                groups: Vec::new(),
+                kinds: vec![ChannelKind {
+                    quantity: if turns { Quantity::Torque } else { Quantity::Force },
+                    sigma: noise.max(1e-3 * largest),
+                    jitter: 0.12,
+                }],
+                base: vec![
+                    Parameter::amplitude("log_friction", "1", 1.0),
+                    Parameter::amplitude("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
+                    Parameter::amplitude("delay", "s", 0.012),
+                    creep(fast, turns),
+                ],
+                scatter: scatter_of(lever),
+                laws: motion_laws(&joint.name, &scale),
+            },
             moments: Vec::new(),
             friction,
             slow,
@@ -171,7 +169,7 @@ impl Motions {
         }
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
-        out.base[1] = Parameter::amplitude("inertia", out.base[1].unit, 2.0 * largest / gain);
+        out.sheet.base[1] = Parameter::amplitude("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);
         Some(out)
     }
 
@@ -179,22 +177,22 @@ impl Motions {
     /// foretells nothing.
     pub fn curves(&self, fit: &Fit) -> Vec<(&str, Curve)> {
         let one = |g: usize| {
-            let group = &self.groups[g];
+            let group = &self.sheet.groups[g];
             let channel = &group.channels[0];
             let sure = weights(self, g).into_iter().zip(&self.moments[g]);
             let rows = sure.zip(left(self, fit, g, true)).zip(&channel.measured);
             let foretold = rows.map(|(((w, m), e), x)| if w < SURE || m.still { f64::NAN } else { x - e });
             let curve = Curve {
                 label: format!("{}: load of the tool along it", self.joint),
-                quantity: self.kinds[0].quantity,
+                quantity: self.sheet.kinds[0].quantity,
                 time: self.moments[g].iter().map(|m| m.time + self.zero).collect(),
                 measured: channel.measured.clone(),
                 predicted: foretold.collect(),
-                noise: Some(self.kinds[0].sigma),
+                noise: Some(self.sheet.kinds[0].sigma),
             };
             (group.name.as_str(), curve)
         };
-        (0..self.groups.len()).map(one).collect()
+        (0..self.sheet.groups.len()).map(one).collect()
     }
 
     /// What is left open of the load: the arm of the force, the noise of the speed as far as the load depends on it (or
@@ -244,7 +242,7 @@ impl Motions {
         let starts = (0..l.len()).map(|i| i == 0 || l[i].time - l[i - 1].time > 1.5 * BIN);
         let starts: Vec<bool> = starts.collect();
         let change = (0..l.len()).map(|i| if starts[i] { 0.0 } else { l[i].load - l[i - 1].load });
-        self.groups.push(Group {
+        self.sheet.groups.push(Group {
             name: read.interaction.clone(),
             held_out: read.held_out,
             channels: vec![Channel {
@@ -288,20 +286,8 @@ fn scatter_of(lever: f64) -> Vec<Scatter> {
 }
 
 impl Family for Motions {
-    fn groups(&self) -> &[Group] {
-        &self.groups
-    }
-    fn kinds(&self) -> &[ChannelKind] {
-        &self.kinds
-    }
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-    fn scatter(&self) -> &[Scatter] {
-        &self.scatter
-    }
-    fn laws(&self) -> &[Law] {
-        &self.laws
+    fn sheet(&self) -> &Sheet {
+        &self.sheet
     }
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {

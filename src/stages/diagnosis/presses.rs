@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::Quantity;
-use super::family::{Active, Channel, ChannelKind, Family, Group, Law, Parameter, Scatter};
+use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::predict::Scene;
 use super::press_laws::{Memory, press_laws};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
@@ -33,11 +33,7 @@ pub struct Moment {
 
 /// All presses of one capture.
 pub struct Presses {
-    groups: Vec<Group>,
-    kinds: Vec<ChannelKind>,
-    base: Vec<Parameter>,
-    scatter: Vec<Scatter>,
-    laws: Vec<Law>,
+    sheet: Sheet,
     moments: Vec<Vec<Moment>>,
     /// Which log stiffness scales a group.
     spots: Vec<usize>,
@@ -129,33 +125,32 @@ impl Presses {
             .filter_map(begin)
             .fold(f64::INFINITY, f64::min);
         let mut out = Self {
-            groups: Vec::new(),
-            kinds: Vec::new(),
-            base: Vec::new(),
-            scatter: vec![
-                Scatter {
-                    tau: 5e-5,
-                    counts: 4.0,
-                    floor: 5e-6,
-                    nuisance: true,
-                    step: 1e-7,
-                },
-                Scatter {
-                    tau: 0.003,
-                    counts: 10.0,
-                    floor: 0.003,
-                    nuisance: true,
-                    step: 1e-4,
-                },
-                Scatter {
-                    tau: 0.01,
-                    counts: 10.0,
-                    floor: 0.002,
-                    nuisance: false,
-                    step: 1e-4,
-                },
-            ],
-            laws: Vec::new(),
+            sheet: Sheet {
+                scatter: vec![
+                    Scatter {
+                        tau: 5e-5,
+                        counts: 4.0,
+                        floor: 5e-6,
+                        nuisance: true,
+                        step: 1e-7,
+                    },
+                    Scatter {
+                        tau: 0.003,
+                        counts: 10.0,
+                        floor: 0.003,
+                        nuisance: true,
+                        step: 1e-4,
+                    },
+                    Scatter {
+                        tau: 0.01,
+                        counts: 10.0,
+                        floor: 0.002,
+                        nuisance: false,
+                        step: 1e-4,
+                    },
+                ],
+                ..Sheet::default()
+            },
             moments: Vec::new(),
             spots: Vec::new(),
             stiffness: Vec::new(),
@@ -171,19 +166,19 @@ impl Presses {
             noise.push(read.noise);
         }
         let sigma = median(&noise)?.max(1e-4);
-        out.kinds = vec![ChannelKind {
+        out.sheet.kinds = vec![ChannelKind {
             quantity: Quantity::Force,
             sigma,
             jitter: 0.12,
         }];
-        out.base = out
+        out.sheet.base = out
             .stiffness
             .iter()
             .map(|_| Parameter::amplitude("log_stiffness", "1", 0.5))
             .collect();
         // Path and force of the tool are read by different instruments.
-        out.base.push(Parameter::amplitude("delay", "s", 0.008));
-        out.laws = press_laws(&out);
+        out.sheet.base.push(Parameter::amplitude("delay", "s", 0.008));
+        out.sheet.laws = press_laws(&out);
         Some(out)
     }
 
@@ -231,7 +226,7 @@ impl Presses {
             change,
             aside,
         };
-        self.groups.push(Group {
+        self.sheet.groups.push(Group {
             name: read.interaction.clone(),
             held_out: read.held_out,
             channels: vec![channel],
@@ -242,20 +237,8 @@ impl Presses {
 }
 
 impl Family for Presses {
-    fn groups(&self) -> &[Group] {
-        &self.groups
-    }
-    fn kinds(&self) -> &[ChannelKind] {
-        &self.kinds
-    }
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-    fn scatter(&self) -> &[Scatter] {
-        &self.scatter
-    }
-    fn laws(&self) -> &[Law] {
-        &self.laws
+    fn sheet(&self) -> &Sheet {
+        &self.sheet
     }
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {

@@ -4,7 +4,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Quantity;
-use super::family::{Active, ChannelKind, Family, Group, Law, Parameter, Scatter};
+use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
 use super::predict::Scene;
 use super::push_catalogue::push_laws;
 use super::push_laws;
@@ -15,11 +15,7 @@ use crate::twin::Model;
 
 /// All pushes of single bodies.
 pub struct Pushes {
-    groups: Vec<Group>,
-    kinds: Vec<ChannelKind>,
-    base: Vec<Parameter>,
-    scatter: Vec<Scatter>,
-    laws: Vec<Law>,
+    sheet: Sheet,
     states: Vec<Vec<State>>,
     /// Which log friction scales a group.
     bodies: Vec<usize>,
@@ -40,11 +36,7 @@ impl Pushes {
         ordered.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
         let zero = ordered.first().map_or(0.0, |i| begin(i));
         let mut out = Self {
-            groups: Vec::new(),
-            kinds: Vec::new(),
-            base: Vec::new(),
-            scatter: Vec::new(),
-            laws: Vec::new(),
+            sheet: Sheet::default(),
             states: Vec::new(),
             bodies: Vec::new(),
             loads: Vec::new(),
@@ -78,10 +70,10 @@ impl Pushes {
             out.largest = out.largest.max(seen.largest);
             out.bodies.push(index);
             out.along.push(seen.along);
-            out.groups.push(seen.group);
+            out.sheet.groups.push(seen.group);
             out.states.push(seen.states);
         }
-        if out.groups.is_empty() {
+        if out.sheet.groups.is_empty() {
             return None;
         }
         let sigma = median(&noise)?.max(1e-4) / 3.0;
@@ -90,19 +82,19 @@ impl Pushes {
             sigma,
             jitter: 0.0,
         };
-        out.kinds = vec![force.clone(), force];
-        out.base = names
+        out.sheet.kinds = vec![force.clone(), force];
+        out.sheet.base = names
             .iter()
             .map(|_| Parameter::amplitude("log_friction", "1", 0.5))
             .collect();
-        out.base.push(Parameter {
+        out.sheet.base.push(Parameter {
             high: 1.5,
             ..Parameter::positive("static_excess", "1", 0.2)
         });
-        out.base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
-        out.scatter = scatter();
+        out.sheet.base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
+        out.sheet.scatter = scatter();
         let scale = out.scale();
-        out.laws = push_laws(&out, scale);
+        out.sheet.laws = push_laws(&out, scale);
         Some(out)
     }
 
@@ -175,20 +167,8 @@ fn held(friction: &Vector2<f64>, table: &Vector2<f64>) -> Vector2<f64> {
 }
 
 impl Family for Pushes {
-    fn groups(&self) -> &[Group] {
-        &self.groups
-    }
-    fn kinds(&self) -> &[ChannelKind] {
-        &self.kinds
-    }
-    fn base(&self) -> &[Parameter] {
-        &self.base
-    }
-    fn scatter(&self) -> &[Scatter] {
-        &self.scatter
-    }
-    fn laws(&self) -> &[Law] {
-        &self.laws
+    fn sheet(&self) -> &Sheet {
+        &self.sheet
     }
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {

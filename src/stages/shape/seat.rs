@@ -1,7 +1,7 @@
 //! Contact faces of stacked things, made flat: range views round off the seam between two things by a voxel,
 //! and convex parts that overlap there would throw a stack over.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::{ShapedObject, Shapes};
 use crate::geometry::{Mesh, convex_hull};
@@ -18,20 +18,26 @@ pub fn seat_stacks(shapes: &mut Shapes, voxel: f64) {
         .support
         .as_ref()
         .map_or_else(Vector3::z, |s| Vector3::from(s.normal));
+    let count = shapes.objects.len();
+    let pairs = (0..count).flat_map(|lower| (0..count).map(move |upper| (lower, upper)));
+    let seams: Vec<(usize, usize, f64)> = pairs
+        .filter_map(|(lower, upper)| {
+            let height = seam(&shapes.objects[lower], &shapes.objects[upper], &up, voxel)?;
+            Some((lower, upper, height))
+        })
+        .collect();
     if let Some(ground) = shapes.support.as_ref().map(|s| Vector3::from(s.point).dot(&up)) {
-        for object in &mut shapes.objects {
+        for (i, object) in shapes.objects.iter_mut().enumerate() {
+            let carries = seams.iter().any(|(lower, _, _)| *lower == i);
             if (heights(object, &up).0 - ground).abs() < voxel {
-                level(object, &up, ground, REACH * voxel, Side::Above);
+                let side = if carries { Side::Above } else { Side::OnSupport };
+                level(object, &up, ground, REACH * voxel, side);
             }
         }
     }
-    for lower in 0..shapes.objects.len() {
-        for upper in 0..shapes.objects.len() {
-            if let Some(height) = seam(&shapes.objects[lower], &shapes.objects[upper], &up, voxel) {
-                level(&mut shapes.objects[lower], &up, height, REACH * voxel, Side::Below);
-                level(&mut shapes.objects[upper], &up, height, REACH * voxel, Side::Above);
-            }
-        }
+    for (lower, upper, height) in seams {
+        level(&mut shapes.objects[lower], &up, height, REACH * voxel, Side::Below);
+        level(&mut shapes.objects[upper], &up, height, REACH * voxel, Side::Above);
     }
 }
 
@@ -39,6 +45,8 @@ pub fn seat_stacks(shapes: &mut Shapes, voxel: f64) {
 enum Side {
     Below,
     Above,
+    /// Above the support, and nothing stands on it.
+    OnSupport,
 }
 
 fn world(object: &ShapedObject) -> impl Iterator<Item = Point3<f64>> + '_ {
@@ -79,20 +87,40 @@ fn level(object: &mut ShapedObject, up: &Vector3<f64>, height: f64, reach: f64, 
     object.collision = parts
         .into_iter()
         .map(|part| {
-            let moved = part.vertices.iter().map(|v| {
-                let p = object.world_from_link.0 * v;
-                let above = p.coords.dot(up) - height;
-                let near = if side == Side::Below {
-                    above > -reach
-                } else {
-                    above < reach
-                };
-                into_link * (if near { p - up * above } else { p })
+            let world = part.vertices.iter().map(|v| object.world_from_link.0 * v);
+            let above = |p: &Point3<f64>| p.coords.dot(up) - height;
+            let (near, far): (Vec<Point3<f64>>, Vec<Point3<f64>>) = world.partition(|p| match side {
+                Side::Below => above(p) > -reach,
+                Side::Above | Side::OnSupport => above(p) < reach,
             });
+            let face: Vec<Point3<f64>> = near.iter().map(|p| p - up * above(p)).collect();
+            let face = if side == Side::OnSupport {
+                face
+            } else {
+                corners(&face, up)
+            };
+            let points = face.into_iter().chain(far).map(|p| into_link * p);
             // A part that lies wholly in the seam has no body left: it stays as it was.
-            convex_hull(&moved.collect::<Vec<_>>()).unwrap_or(part)
+            convex_hull(&points.collect::<Vec<_>>()).unwrap_or(part)
         })
         .collect::<Vec<Mesh>>();
+}
+
+/// The points of a level face that reach furthest in eight directions: where two hulls meet an engine takes any four of
+/// many nearly collinear points for contacts, and what stands on three of them rocks and creeps.
+fn corners(face: &[Point3<f64>], up: &Vector3<f64>) -> Vec<Point3<f64>> {
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), up).unwrap_or_else(UnitQuaternion::identity);
+    let mut kept: Vec<usize> = (0..8)
+        .filter_map(|k| {
+            let angle = (f64::from(k) + 0.5) * std::f64::consts::FRAC_PI_4;
+            let way = turn * Vector3::new(angle.cos(), angle.sin(), 0.0);
+            let reach = |i: &usize| face[*i].coords.dot(&way);
+            (0..face.len()).max_by(|a, b| reach(a).total_cmp(&reach(b)))
+        })
+        .collect();
+    kept.sort_unstable();
+    kept.dedup();
+    kept.into_iter().map(|i| face[i]).collect()
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::Vector3;
-use palpate::base::{Progress, Seed, rng_for};
+use palpate::base::{Estimate, Progress, Seed, rng_for};
 use palpate::capture::{Answer, Capture, Kind, Rig};
 use palpate::lab::{LabRig, Scene, synthesise};
 use palpate::pipeline::{Options, Pass, build};
@@ -56,6 +56,20 @@ fn run(scene: &Scene, seed: u64, kinds: &[Kind], chosen: bool, truth: &TrueBody,
     loop {
         let link = model.twin.link("box").expect("the box");
         let met = planner.is_met(link, &Vector3::z());
+        if std::env::var("NEXT_TOUCH_VERBOSE").is_ok() {
+            let of = |e: &Option<Estimate>| {
+                e.as_ref()
+                    .map(|e| (e.value, e.sd.unwrap_or(0.0) / e.value, e.status, e.method.clone()))
+            };
+            println!(
+                "    {} {:?} {:?} {:?} {:?}",
+                used.len(),
+                used.last(),
+                of(&link.mass),
+                of(&link.friction.kinetic),
+                link.com.as_ref().map(|c| (c.value, c.sd, c.status))
+            );
+        }
         if met || used.len() >= MOST {
             let honest = met
                 && errors(link, truth)

@@ -3,7 +3,11 @@
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+/// How well friction and springs repeat from one touch to the next: 1 sd of the logarithm.
+const SCATTER: f64 = 0.015;
+
 /// Its edges, m, and the scene's text so far.
+#[allow(dead_code, reason = "not every bench needs both")]
 pub struct RandomBox {
     pub size: [f64; 3],
     pub text: String,
@@ -12,6 +16,7 @@ pub struct RandomBox {
 impl RandomBox {
     /// Sizes, density, friction and the place of the weight from `dice`.
     pub fn draw(dice: &mut ChaCha8Rng) -> Self {
+        let seed = u64::from(dice.random::<u32>());
         let mut between = |low: f64, high: f64| dice.random_range(low..high);
         let size = [between(0.07, 0.14), between(0.06, 0.10), between(0.04, 0.06)];
         let (density, kinetic) = (between(300.0, 1500.0), between(0.15, 0.5));
@@ -22,6 +27,10 @@ impl RandomBox {
 name = "random"
 [camera]
 views = 0
+[repeat]
+friction = {SCATTER}
+stiffness = {SCATTER}
+seed = {seed}
 [[body]]
 name = "box"
 shape = {{ kind = "box", size = [{}, {}, {}] }}

@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector2, Vector3};
 
 use super::Config;
 use super::evidence::{MeanWrench, MotionState, bridge_snapshots, mean_wrench, motion_at, tare_of, tool_at};
+use super::facts::Ground;
 use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
 
 /// Wrench and motion of the pushed link averaged over a block of time, in the plane of the support.
@@ -25,6 +26,8 @@ pub(super) struct Block {
     pub axes: nalgebra::Matrix2x3<f64>,
     /// Standard deviation of the velocity, m/s.
     pub velocity_sd: f64,
+    /// Height above the support at which a tool without torque acts, m; zero where the tool holds the body stiffly.
+    pub height: f64,
 }
 
 /// One push of one link.
@@ -88,9 +91,10 @@ pub(super) fn read_push(
     interaction: &Interaction,
     segmented: &Segmented,
     link: &str,
-    plane: &Plane,
+    ground: &Ground,
     config: &Config,
 ) -> Option<Push> {
+    let plane = &ground.plane;
     let slide = segmented.of(PhaseKind::Slide).next()?;
     let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
     let track = interaction.tracks.get(link)?;
@@ -115,7 +119,7 @@ pub(super) fn read_push(
         let wrench = mean_wrench(stream, from, to, &tare);
         let motion = motion_at(track, t, config.smoothing);
         if let (Some(w), Some(m), Some(p)) = (wrench, motion, tool_at(tool, t)) {
-            let mut block = block_of(interaction, plane, &w, &m, &p, noise);
+            let mut block = block_of(interaction, ground, &w, &m, &p, noise);
             if bridged {
                 block.acceleration = Vector2::zeros();
             } else {
@@ -148,12 +152,14 @@ pub(super) fn read_push(
 /// Wrench about the link's origin and motion, in the plane of the support.
 fn block_of(
     interaction: &Interaction,
-    plane: &Plane,
+    ground: &Ground,
     wrench: &MeanWrench,
     motion: &MotionState,
     tool: &Point3<f64>,
     noise: f64,
 ) -> Block {
+    let plane = &ground.plane;
+    let stiff = interaction.tool.as_ref().is_some_and(|t| t.grip);
     let force = wrench.force;
     let along = force.try_normalize(1e-9).unwrap_or_default();
     let arm = tool.coords - motion.pose.translation.vector;
@@ -172,6 +178,11 @@ fn block_of(
         acceleration: plane.flat(&motion.acceleration),
         axes: nalgebra::Matrix2x3::from_rows(&[plane.x.transpose() * axes, plane.y.transpose() * axes]),
         velocity_sd: noise * motion.velocity_gain,
+        height: if stiff {
+            0.0
+        } else {
+            (tool - ground.point).dot(&plane.normal).max(0.0)
+        },
     }
 }
 

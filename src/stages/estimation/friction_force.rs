@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::Config;
 use super::facts::Facts;
-use super::pool::pooled;
+use super::pool::{pooled, relative_sd};
 use super::push::Push;
 use super::resolve::STAGE;
 use super::surface::{Surface, SurfacePrior, fit_surface};
@@ -91,7 +91,7 @@ pub(super) fn sliding_from(
     }
     let lifts: Vec<f64> = pushes.iter().flat_map(|p| p.blocks.iter().map(|b| b.lift)).collect();
     Some(Sliding {
-        static_: breakaway(pushes, &trials, &kinetic, config, from.clone()),
+        static_: breakaway(pushes, &kinetic, prior.mass),
         radius: Estimate::measured(surface.radius.0, surface.radius.1, "m", from, "push-limit-surface"),
         lift: crate::math::median(&lifts)?,
         centre: (surface.centre, surface.centre_sd),
@@ -143,28 +143,40 @@ fn without_slope(pushes: &[Push], surface: &Surface, config: &Config) -> (Vec<(f
     (corrected, Some(-pull))
 }
 
-/// Static force: the peak of each push scaled from the tool's force to the friction force as the steady part was.
-fn breakaway(
-    pushes: &[Push],
-    trials: &[(f64, f64)],
-    kinetic: &Estimate,
-    config: &Config,
-    from: Vec<String>,
-) -> Option<Estimate> {
-    let peaks: Vec<(f64, f64)> = pushes
+/// By how much the excess of static over kinetic friction that shows falls short: least, likely and most factor. Where a
+/// push also turns the body, its points let go one after another, and their peaks do not add up.
+const HIDDEN: [f64; 3] = [0.9, 1.25, 1.9];
+
+/// Static force: the peaks of the pushes against their own steady forces, which the scatter between pushes does not touch.
+/// The pushes with the largest peaks count, those whose points let go most nearly together.
+fn breakaway(pushes: &[Push], kinetic: &Estimate, mass: f64) -> Option<Estimate> {
+    let mut peaks: Vec<(f64, f64, &str)> = pushes
         .iter()
-        .zip(trials)
-        .filter_map(|(push, (force, _))| {
-            let (peak, sd) = push.breakaway?;
-            let steady: Vec<f64> = push.blocks.iter().map(|b| b.force.norm()).collect();
-            let scale = force / crate::math::median(&steady)?;
-            (scale.is_finite()).then_some((peak * scale, sd * scale))
+        .filter_map(|push| {
+            let forces: Vec<f64> = push.blocks.iter().map(|b| b.force.norm()).collect();
+            let steady = crate::math::median(&forces)?;
+            let (peak, sd) = push.breakaway?.force(mass)?;
+            let (excess, sd) = (peak / steady - 1.0, sd / steady);
+            (excess.is_finite() && sd.is_finite()).then_some((excess, sd, push.interaction.as_str()))
         })
         .collect();
-    let found = pooled(&peaks, 2.0 * config.friction_scatter, 0.0, "N", from, "push-static")?;
+    peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
+    peaks.truncate(peaks.len().div_ceil(2));
+    let n = peaks.len() as f64;
+    if peaks.is_empty() {
+        return None;
+    }
     // Static friction is not below kinetic: a lower reading is noise.
-    let floor = kinetic.value.max(found.value);
-    let high = found.ci95.map_or(floor, |c| c[1].max(floor));
-    let low = found.ci95.map_or(floor, |c| c[0]);
-    Some(Estimate { value: floor, ..found }.with_interval([low, high]))
+    let excess = (peaks.iter().map(|p| p.0).sum::<f64>() / n).max(0.0);
+    let own = peaks.iter().map(|p| p.1).sum::<f64>() / n;
+    let scatter = (peaks.iter().map(|p| (p.0 - excess).powi(2)).sum::<f64>() / n).sqrt();
+    let half = 1.96 * own.hypot(scatter / n.sqrt()).hypot(relative_sd(kinetic));
+    let at = |factor: f64| kinetic.value * (1.0 + factor * excess);
+    let [low, high] = [
+        at(HIDDEN[0]) - half * kinetic.value,
+        at(HIDDEN[2]) + half * kinetic.value,
+    ];
+    let from = peaks.iter().map(|p| p.2.to_owned()).collect();
+    let found = Estimate::measured(at(HIDDEN[1]), (high - low) / (2.0 * 1.96), "N", from, "push-static");
+    Some(found.with_interval([low, high]))
 }

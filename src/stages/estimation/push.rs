@@ -41,8 +41,31 @@ pub(super) struct Push {
     pub bridged: bool,
     /// Standard deviation of the jerking relative to the force.
     pub chatter: f64,
-    /// Force at which it broke away, N, with its standard deviation, where it stuck first.
-    pub breakaway: Option<(f64, f64)>,
+    /// The largest force as it broke away, where it stuck first.
+    pub breakaway: Option<Breakaway>,
+}
+
+/// The end of sticking.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Breakaway {
+    /// Largest force and its standard deviation, N.
+    pub peak: (f64, f64),
+    /// How fast the force rose, N/s, and the tool went, m/s.
+    pub rise: f64,
+    pub speed: f64,
+}
+
+impl Breakaway {
+    /// The force at which it let go, with its standard deviation, N; `mass` is what must then be brought to the tool's
+    /// speed, kg. Nothing where that alone may explain the peak.
+    ///
+    /// Through a contact of stiffness k the tool catches the body up, and the force may swing over by `v sqrt(k m)`,
+    /// with `k v` the rise before; damping takes most of it away, hence a doubt and no correction.
+    pub fn force(&self, mass: f64) -> Option<(f64, f64)> {
+        let (peak, noise) = self.peak;
+        let swing = (self.rise * self.speed * mass).sqrt();
+        (swing < 0.5 * peak).then_some((peak, noise + 0.01 * peak + 0.1 * swing))
+    }
 }
 
 /// Two axes that span the support, and its normal.
@@ -227,14 +250,14 @@ pub(super) fn steadiness(
     }
 }
 
+/// Span over which the tool's speed at the peak is taken, s.
+const RISE: f64 = 0.02;
+/// Readings of force over which its peak is averaged.
+const PEAK: f64 = 3.0;
+
 /// Largest horizontal force in the first moments of sliding, where the body stuck long enough before for the
 /// touch not to be a blow.
-fn breakaway(
-    interaction: &Interaction,
-    segmented: &Segmented,
-    plane: &Plane,
-    track: &PoseStream,
-) -> Option<(f64, f64)> {
+fn breakaway(interaction: &Interaction, segmented: &Segmented, plane: &Plane, track: &PoseStream) -> Option<Breakaway> {
     let stick = segmented.of(PhaseKind::Stick).next()?;
     let slide = segmented.of(PhaseKind::Slide).next()?;
     let stream = interaction.force.as_ref()?;
@@ -242,26 +265,29 @@ fn breakaway(
         return None;
     }
     let tare = tare_of(interaction, segmented);
-    let span = (0.2 * (stick.end - stick.start)).clamp(0.01, 0.05);
-    let mut best: Option<(f64, f64)> = None;
-    let mut t = stick.start + 0.5 * (stick.end - stick.start);
+    // The peak lasts as long as a bristle takes to let go: a few readings, no more.
+    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
+    let span = (PEAK / rate).max(0.004);
+    // What is called sticking lasts until the motion shows in the track: the peak may lie well before its end.
+    let mut best: Option<(f64, f64, f64)> = None;
+    let mut t = stick.start;
     while t < (slide.start + 0.15).min(slide.end) {
         if let Some(w) = mean_wrench(stream, t - 0.5 * span, t + 0.5 * span, &tare) {
             let force = plane.flat(&w.force).norm();
             let sd = segmented.force_noise.unwrap_or(0.0) / (w.rows as f64).sqrt();
-            if best.is_none_or(|(b, _)| force > b) {
-                best = Some((force, sd));
+            if best.is_none_or(|(b, ..)| force > b) {
+                best = Some((force, sd, t));
             }
         }
         t += 0.25 * span;
     }
-    let (peak, noise) = best?;
-    // The body is caught up with at the tool's speed v: through a contact of stiffness k the force overshoots by
-    // up to v sqrt(k m), with k v the rate at which it rose and m at most peak / (0.1 g).
+    let (peak, noise, at) = best?;
     let tool = interaction.tool_path.as_ref()?;
-    let step = tool_at(tool, stick.end)? - tool_at(tool, stick.end - 0.1)?;
-    let rate = peak / (stick.end - stick.start);
-    let overshoot = (peak / 3.0 * rate * step.norm() / 0.1).sqrt();
-    // The largest of several noisy means lies about one standard deviation too high.
-    (overshoot < 0.25 * peak).then_some((peak - noise, noise + 0.02 * peak + 0.5 * overshoot))
+    let step = tool_at(tool, at)? - tool_at(tool, at - RISE)?;
+    Some(Breakaway {
+        // The largest of several noisy means lies about one standard deviation too high.
+        peak: (peak - noise, noise),
+        rise: peak / (at - stick.start).max(RISE),
+        speed: step.norm() / RISE,
+    })
 }

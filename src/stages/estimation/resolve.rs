@@ -230,14 +230,14 @@ fn part(link: &mut Link, before: &Before, g: f64, config: &Config) {
                 None => pushed,
             });
             if let (None, Some(s)) = (&link.friction.static_, &link.friction_force.static_) {
-                let relative = relative_sd(s).hypot(relative_sd(&mass));
-                link.friction.static_ = Some(positive(
-                    s.value / (mass.value * g),
-                    relative,
-                    "1",
-                    joined(s, &mass),
-                    "push-static",
-                ));
+                let per = (mass.value * g).recip();
+                let sd = s.sd.unwrap_or(0.0).hypot(relative_sd(&mass) * s.value);
+                let found = Estimate::measured(s.value * per, sd * per, "1", joined(s, &mass), "push-static");
+                let doubt = 1.96 * relative_sd(&mass) * s.value;
+                let [low, high] = s.ci95.unwrap_or([s.value; 2]);
+                let low = s.value - (s.value - low).hypot(doubt);
+                let high = s.value + (high - s.value).hypot(doubt);
+                link.friction.static_ = Some(found.with_interval([low * per, high * per]));
             }
         }
         (None, Some(mu)) => {

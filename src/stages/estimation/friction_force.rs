@@ -143,40 +143,55 @@ fn without_slope(pushes: &[Push], surface: &Surface, config: &Config) -> (Vec<(f
     (corrected, Some(-pull))
 }
 
-/// By how much the excess of static over kinetic friction that shows falls short: least, likely and most factor. Where a
+/// By how much the excess of static over kinetic friction that shows falls short: likely and most factor. Where a
 /// push also turns the body, its points let go one after another, and their peaks do not add up.
-const HIDDEN: [f64; 3] = [0.9, 1.25, 1.9];
+const HIDDEN: [f64; 2] = [1.25, 1.9];
+/// Largest swing of the force, as a share of its peak, at which a push tells of static friction at all.
+const BLOW: f64 = 0.5;
+
+/// One push's word on static friction, as shares of its steady force.
+struct Excess {
+    shown: f64,
+    /// What is left of it if the tool's catching up made as much of the peak as it can.
+    sure: f64,
+    sd: f64,
+    interaction: String,
+}
+
+fn excess_of(push: &Push, mass: f64) -> Option<Excess> {
+    let forces: Vec<f64> = push.blocks.iter().map(|b| b.force.norm()).collect();
+    let steady = crate::math::median(&forces)?;
+    let let_go = push.breakaway?;
+    let (peak, noise) = let_go.peak;
+    let swing = let_go.swing(mass);
+    let shown = (peak / steady - 1.0).max(0.0);
+    (swing < BLOW * peak && shown.is_finite()).then(|| Excess {
+        shown,
+        sure: (shown - swing / steady).max(0.0),
+        sd: noise / steady + 0.01,
+        interaction: push.interaction.clone(),
+    })
+}
 
 /// Static force: the peaks of the pushes against their own steady forces, which the scatter between pushes does not touch.
 /// The pushes with the largest peaks count, those whose points let go most nearly together.
 fn breakaway(pushes: &[Push], kinetic: &Estimate, mass: f64) -> Option<Estimate> {
-    let mut peaks: Vec<(f64, f64, &str)> = pushes
-        .iter()
-        .filter_map(|push| {
-            let forces: Vec<f64> = push.blocks.iter().map(|b| b.force.norm()).collect();
-            let steady = crate::math::median(&forces)?;
-            let (peak, sd) = push.breakaway?.force(mass)?;
-            let (excess, sd) = (peak / steady - 1.0, sd / steady);
-            (excess.is_finite() && sd.is_finite()).then_some((excess, sd, push.interaction.as_str()))
-        })
-        .collect();
-    peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut peaks: Vec<Excess> = pushes.iter().filter_map(|push| excess_of(push, mass)).collect();
+    peaks.sort_by(|a, b| b.shown.total_cmp(&a.shown));
     peaks.truncate(peaks.len().div_ceil(2));
-    let n = peaks.len() as f64;
     if peaks.is_empty() {
         return None;
     }
-    // Static friction is not below kinetic: a lower reading is noise.
-    let excess = (peaks.iter().map(|p| p.0).sum::<f64>() / n).max(0.0);
-    let own = peaks.iter().map(|p| p.1).sum::<f64>() / n;
-    let scatter = (peaks.iter().map(|p| (p.0 - excess).powi(2)).sum::<f64>() / n).sqrt();
-    let half = 1.96 * own.hypot(scatter / n.sqrt()).hypot(relative_sd(kinetic));
-    let at = |factor: f64| kinetic.value * (1.0 + factor * excess);
-    let [low, high] = [
-        at(HIDDEN[0]) - half * kinetic.value,
-        at(HIDDEN[2]) + half * kinetic.value,
-    ];
-    let from = peaks.iter().map(|p| p.2.to_owned()).collect();
-    let found = Estimate::measured(at(HIDDEN[1]), (high - low) / (2.0 * 1.96), "N", from, "push-static");
+    let mean = |of: fn(&Excess) -> f64| peaks.iter().map(of).sum::<f64>() / peaks.len() as f64;
+    let (shown, sure, own) = (mean(|p| p.shown), mean(|p| p.sure), mean(|p| p.sd));
+    let spread = mean(|p| p.shown * p.shown) - shown * shown;
+    let scatter = (spread.max(0.0) / peaks.len() as f64).sqrt();
+    let half = 1.96 * own.hypot(scatter).hypot(relative_sd(kinetic)) * kinetic.value;
+    // Static friction is not below kinetic; what a swing of the force can explain is no more than likely.
+    let low = kinetic.value * (1.0 + sure) - half;
+    let high = kinetic.value * (1.0 + HIDDEN[1] * shown) + half;
+    let value = kinetic.value * (1.0 + 0.5 * (sure + (2.0 * HIDDEN[0] - 1.0) * shown));
+    let from = peaks.into_iter().map(|p| p.interaction).collect();
+    let found = Estimate::measured(value, (high - low) / (2.0 * 1.96), "N", from, "push-static");
     Some(found.with_interval([low, high]))
 }

@@ -56,15 +56,10 @@ pub(super) struct Breakaway {
 }
 
 impl Breakaway {
-    /// The force at which it let go, with its standard deviation, N; `mass` is what must then be brought to the tool's
-    /// speed, kg. Nothing where that alone may explain the peak.
-    ///
-    /// Through a contact of stiffness k the tool catches the body up, and the force may swing over by `v sqrt(k m)`,
-    /// with `k v` the rise before; damping takes most of it away, hence a doubt and no correction.
-    pub fn force(&self, mass: f64) -> Option<(f64, f64)> {
-        let (peak, noise) = self.peak;
-        let swing = (self.rise * self.speed * mass).sqrt();
-        (swing < 0.5 * peak).then_some((peak, noise + 0.01 * peak + 0.1 * swing))
+    /// By how much the force may swing over where the tool, through a contact of stiffness k, brings a body of `mass` (kg)
+    /// to its speed: `v sqrt(k m)`, with `k v` the rise before, N. Damping takes most of it away, how much is not known.
+    pub fn swing(&self, mass: f64) -> f64 {
+        (self.rise * self.speed * mass).sqrt()
     }
 }
 

@@ -8,9 +8,9 @@ use std::collections::BinaryHeap;
 
 use nalgebra::{Point3, Vector3};
 
-use super::across;
+use super::layout::across;
 use super::raster::cover_triangle;
-use crate::geometry::mesh::Mesh;
+use crate::geometry::Mesh;
 
 /// Least cosine between a triangle's normal and its chart's direction: how far a texel may be stretched.
 const LEAST_FACING: f64 = 0.5;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::Spot;
+use super::verb::Spot;
 use crate::capture::{Camera, ColorImage, View};
 use crate::geometry::{Mesh, cover_triangle};
 use crate::stages::shape::lens::{project, unproject};

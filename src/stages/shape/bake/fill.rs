@@ -5,7 +5,7 @@ use std::num::NonZero;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
-use super::{Shown, Spot};
+use super::verb::{Shown, Spot};
 
 /// Sure spots over which a filled one is averaged.
 const AROUND: usize = 12;

@@ -1,5 +1,6 @@
 //! `identify`: mass, friction, centre of mass, inertia, stiffness from what was measured, with intervals.
 
+mod accelerate;
 mod action;
 mod body;
 mod calibrate;
@@ -19,6 +20,7 @@ mod joint;
 mod joint_load;
 mod lift;
 mod materials;
+mod next_touch;
 mod parting;
 mod pool;
 mod press;
@@ -38,4 +40,5 @@ pub use config::Config;
 pub use identify::identify;
 pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table};
+pub use next_touch::{NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted};
 pub use replay::{replay_push, travel_direction};

@@ -306,6 +306,7 @@ fn run() -> Run {
         model: Model {
             twin: twin(),
             meshes: BTreeMap::from([("meshes/shape.obj".to_owned(), tetrahedron())]),
+            textures: BTreeMap::new(),
         },
         diagnosis: diagnosis(),
         traces: traces(),

@@ -37,6 +37,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         shapes = shape::reconstruct_with(capture, &options.shape, &symmetries.finder(), &mut notices)?;
         followed = Some(shape::follow(capture, &mut shapes, &options.shape, &mut notices)?);
         shape::furnish(&mut shapes, &options.shape, &mut notices);
+        shape::bake(capture, &mut shapes, &options.shape);
     }
     let capture = followed.as_ref().map_or(capture, |f| f.capture.as_ref());
     let mut model = assemble::model(capture, shapes, options);

@@ -12,6 +12,7 @@ mod push;
 mod quasistatic;
 mod slide;
 mod tilt;
+mod tumble;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use elastic::ElasticLaw;
@@ -24,3 +25,4 @@ pub use push::{PushPrediction, predict_push};
 pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};
 pub use slide::{PlaneMotion, Slider, predict_slide, predict_slide_with_step};
 pub use tilt::{TiltOutcome, predict_tilt};
+pub use tumble::{Hinge, Landing, Part, State, Thrown, Velocity};

@@ -31,6 +31,7 @@ mod squeeze;
 mod surface;
 mod tilt;
 mod together;
+mod toss;
 
 pub use action::{action_of, first_rest, rest_pose, start_poses, support_normal};
 pub use calibrate::calibrate_friction;
@@ -38,4 +39,8 @@ pub use config::Config;
 pub use identify::identify;
 pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table};
+pub use toss::{
+    Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
+    conditions_of, flight_of, rigid as sought_of_tosses, subjects as tossed_subjects,
+};
 pub use replay::{replay_push, travel_direction};

@@ -1,0 +1,16 @@
+//! Tosses: restitution, friction, the spread of mass, the hinge, gravity and air, from flights and from short windows about
+//! the moments of contact.
+
+mod conditions;
+mod fit;
+mod read;
+mod shape;
+mod windows;
+mod write;
+
+pub use conditions::Conditions;
+pub use fit::{Fitted, Row, Sought, Study, rigid};
+pub use read::{Subject, subjects};
+pub use windows::{Scene, Simulated, Toss, Window, flight_of};
+pub use write::{METHOD, conditions_of};
+pub(super) use write::identify_tosses;

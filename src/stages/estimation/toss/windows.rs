@@ -1,0 +1,405 @@
+//! A toss cut into short windows: free flights, and stretches about the moments at which it touches.
+//!
+//! Impacts are chaotic: over a whole toss a small error of the state grows until nothing can be compared. A window starts
+//! anew from the track itself (multiple shooting), so that each one is nearly linear in what is sought.
+
+use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
+
+use super::conditions::{Body, Conditions};
+use crate::math::quantile;
+use crate::physics::{Landing, State, Thrown, Velocity};
+
+/// One recorded toss: what the track says of `O`, the root's orientation and the hinge.
+#[derive(Clone, Debug)]
+pub struct Toss {
+    /// Name of the interaction.
+    pub name: String,
+    /// It may not be used to fit.
+    pub held_out: bool,
+    /// s.
+    pub time: Vec<f64>,
+    /// `O`, world, m.
+    pub place: Vec<Vector3<f64>>,
+    /// World-from-root.
+    pub turn: Vec<UnitQuaternion<f64>>,
+    /// rad; zero without a hinge.
+    pub angle: Vec<f64>,
+}
+
+/// Noise of the tracks, one standard deviation.
+#[derive(Clone, Copy, Debug)]
+pub struct Level {
+    /// m.
+    pub place: f64,
+    /// rad.
+    pub turn: f64,
+}
+
+/// What simulates a body under given conditions, with the noise that it is held against.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// The body.
+    pub thrown: Thrown,
+    /// Where it lands.
+    pub land: Landing,
+    /// Noise of the tracks.
+    pub level: Level,
+    /// What turns a rotation into a length, m.
+    pub reach: f64,
+    /// Height of a body that lies, over that of the support, m.
+    pub lying: f64,
+}
+
+impl Simulated {
+    /// Of a body under conditions.
+    pub fn new(body: &Body, at: &Conditions, level: &Level) -> Self {
+        let (thrown, land) = body.thrown(at);
+        let (level, reach, lying) = (*level, body.reach(), at.lying - at.rise);
+        Self { thrown, land, level, reach, lying }
+    }
+}
+
+/// What a window shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scene {
+    /// Nothing touches: the start is free, and what it could explain is taken out of the residuals.
+    Flight,
+    /// An impact, or sliding.
+    Contact,
+    /// It lies: how far the corners that bear it are from the support.
+    Rest,
+}
+
+/// A stretch of a toss that is simulated from its own start.
+#[derive(Clone, Debug)]
+pub struct Window {
+    /// Index of the toss.
+    pub toss: usize,
+    /// First row.
+    pub from: usize,
+    /// Last row.
+    pub to: usize,
+    /// The state at the first row.
+    pub start: State,
+    /// What it shows.
+    pub scene: Scene,
+    /// Standard deviation of velocity and spin at the start, m/s and rad/s.
+    pub doubt: [f64; 2],
+}
+
+/// Span from which a state is read, and over which it is foretold, s; fewest rows of each.
+const BACK: (f64, usize) = (0.034, 6);
+const AHEAD: (f64, usize) = (0.068, 5);
+/// Most rows of a window that are compared.
+const COMPARED: usize = 12;
+/// Nothing touches above this clearance, m.
+pub const CLEAR: f64 = 4e-3;
+/// Shortest flight: s and rows.
+const FLIGHT: (f64, usize) = (0.06, 9);
+/// Slower than this nothing is learnt, m/s.
+const SLOW: f64 = 0.05;
+/// How far the model's speeds may be off by themselves, m/s: what no window can tell better.
+const FORM: f64 = 3e-3;
+/// Corners within this of the lowest bear a body that lies, m; and how well a surface and a table are what they are
+/// said to be, m.
+const SEAT: f64 = 5e-3;
+const LYING: f64 = 1e-4;
+/// Noise that a short parabola may leave in flight, in units of what it mostly leaves.
+const JOLT: f64 = 8.0;
+/// Step of the simulation, s.
+pub const STEP: f64 = 2e-3;
+/// Gravity of a flight that nothing holds, over that of the capture.
+const FALLS: std::ops::Range<f64> = 0.6..1.4;
+
+/// Rows `from..=to` of a toss as polynomials about row `at`: value and slope of place, rotation vector from `at`'s
+/// orientation, and angle; with the root mean square of what is left of place and rotation.
+struct Local {
+    value: [f64; 7],
+    slope: [f64; 7],
+    left: [f64; 2],
+}
+
+fn local(toss: &Toss, rows: std::ops::RangeInclusive<usize>, at: usize, degree: usize, known: &[f64; 7]) -> Option<Local> {
+    let n = rows.clone().count();
+    let t0 = toss.time[at];
+    let base = toss.turn[at].inverse();
+    let time: Vec<f64> = rows.clone().map(|j| toss.time[j] - t0).collect();
+    let a = DMatrix::from_fn(n, degree + 1, |i, j| time[i].powi(j as i32));
+    let first = *rows.start();
+    let b = DMatrix::from_fn(n, 7, |i, k| {
+        let j = first + i;
+        let raw = match k {
+            0..=2 => toss.place[j][k],
+            3..=5 => (toss.turn[j] * base).scaled_axis()[k - 3],
+            _ => toss.angle[j],
+        };
+        raw - 0.5 * known[k] * time[i] * time[i]
+    });
+    let x = nalgebra::Cholesky::new(a.transpose() * &a)?.solve(&(a.transpose() * &b));
+    let rest = &b - &a * &x;
+    let freedom = (3 * n.saturating_sub(degree + 1)).max(1) as f64;
+    let rms = |from: usize| (rest.columns(from, 3).norm_squared() / freedom).sqrt();
+    Some(Local {
+        value: std::array::from_fn(|k| x[(0, k)]),
+        slope: std::array::from_fn(|k| x[(1, k)]),
+        left: [rms(0), rms(3)],
+    })
+}
+
+fn state_of(fit: &Local, turn: &UnitQuaternion<f64>) -> State {
+    let v = &fit.value;
+    State {
+        place: Vector3::new(v[0], v[1], v[2]),
+        turn: UnitQuaternion::from_scaled_axis(Vector3::new(v[3], v[4], v[5])) * turn,
+        angle: v[6],
+        velocity: Velocity::from_row_slice(&fit.slope),
+    }
+}
+
+impl Toss {
+    /// The pose of a row, at rest.
+    pub fn state(&self, row: usize) -> State {
+        State {
+            place: self.place[row],
+            turn: self.turn[row],
+            angle: self.angle[row],
+            velocity: Velocity::zeros(),
+        }
+    }
+
+    /// How many rows make up a span.
+    fn rows(&self, span: (f64, usize)) -> usize {
+        let n = self.time.len().max(2);
+        let mean = (self.time[n - 1] - self.time[0]) / (n - 1) as f64;
+        ((span.0 / mean.max(1e-6)).round() as usize).max(span.1)
+    }
+
+    /// The state at a row from the rows before it and after it; in flight the curvature is the model's.
+    fn read(&self, rows: std::ops::RangeInclusive<usize>, at: usize, flight: Option<(&Thrown, &Landing)>) -> Option<(State, [f64; 2])> {
+        let Some((thrown, land)) = flight else {
+            let fit = local(self, rows, at, 2, &[0.0; 7])?;
+            return Some((state_of(&fit, &self.turn[at]), fit.left));
+        };
+        let mut known = [0.0; 7];
+        let mut fit = local(self, rows.clone(), at, 1, &known)?;
+        for _ in 0..2 {
+            let state = state_of(&fit, &self.turn[at]);
+            known.copy_from_slice(thrown.free_acceleration(&state, land).as_slice());
+            fit = local(self, rows.clone(), at, 1, &known)?;
+        }
+        Some((state_of(&fit, &self.turn[at]), fit.left))
+    }
+}
+
+/// The noise of the tracks: what a short parabola leaves where the motion is smooth.
+pub fn noise_level(tosses: &[Toss]) -> Level {
+    let (mut place, mut turn) = (Vec::new(), Vec::new());
+    for toss in tosses {
+        let n = toss.rows(BACK);
+        for at in (n..toss.time.len()).step_by(2) {
+            if let Some(fit) = local(toss, at + 1 - n..=at, at, 2, &[0.0; 7]) {
+                place.push(fit.left[0]);
+                turn.push(fit.left[1]);
+            }
+        }
+    }
+    Level {
+        place: quantile(&place, 0.3).unwrap_or(1e-4).max(1e-5),
+        turn: quantile(&turn, 0.3).unwrap_or(1e-3).max(1e-4),
+    }
+}
+
+/// Clearance of every row, m.
+pub fn clearances(toss: &Toss, thrown: &Thrown, land: &Landing) -> Vec<f64> {
+    (0..toss.time.len())
+        .map(|j| thrown.clearance(&toss.state(j), land))
+        .collect()
+}
+
+/// Stretches of rows in which nothing touches, the motion is smooth and the body falls; the hinge of one that `swings`
+/// need not fall evenly.
+pub fn flights(toss: &Toss, clear: &[f64], land: &Landing, level: &Level, swings: bool) -> Vec<(usize, usize)> {
+    let mut out = Vec::new();
+    let mut start = 0;
+    let back = toss.rows(BACK);
+    for j in 0..=clear.len() {
+        let rough = || {
+            let first = (j + 1).saturating_sub(back).max(start);
+            let fit = (j + 1 - first >= 5).then(|| local(toss, first..=j, j, 2, &[0.0; 7])).flatten();
+            fit.is_some_and(|f| f.left[0] > JOLT * level.place || f.left[1] > JOLT * level.turn)
+        };
+        if j < clear.len() && clear[j] > CLEAR && !rough() {
+            continue;
+        }
+        if j > start + FLIGHT.1 && toss.time[j - 1] - toss.time[start] > FLIGHT.0 {
+            let height = DVector::from_fn(j - start, |i, _| land.gravity.normalize().dot(&toss.place[start + i]));
+            if swings || falls(&toss.time[start..j], &height, land.gravity.norm()) {
+                out.push((start, j - 1));
+            }
+        }
+        start = j + 1;
+    }
+    out
+}
+
+fn falls(time: &[f64], height: &DVector<f64>, gravity: f64) -> bool {
+    let a = DMatrix::from_fn(time.len(), 3, |i, j| (time[i] - time[0]).powi(j as i32));
+    let solved = nalgebra::Cholesky::new(a.transpose() * &a).map(|c| c.solve(&(a.transpose() * height)));
+    solved.is_some_and(|x| FALLS.contains(&(2.0 * x[2] / gravity)))
+}
+
+/// The windows of one toss: its flights, and stretches of contact, at most `most` of these.
+pub fn cut(index: usize, toss: &Toss, body: &Body, at: &Conditions, level: &Level, most: usize) -> Vec<Window> {
+    let by = Simulated::new(body, at, level);
+    let (thrown, land) = (&by.thrown, &by.land);
+    let clear = clearances(toss, thrown, land);
+    let n = toss.time.len();
+    let mut out = Vec::new();
+    for (from, to) in flights(toss, &clear, land, level, thrown.second.is_some()) {
+        if let Some((start, _)) = toss.read(from..=to, from, Some((thrown, land))) {
+            let mut window = Window { toss: index, from, to, start, scene: Scene::Flight, doubt: [0.0; 2] };
+            settle(&mut window, toss, &by);
+            out.push(window);
+        }
+    }
+    let (back, ahead) = (toss.rows(BACK), toss.rows(AHEAD));
+    let mut touching = Vec::new();
+    let mut at = back.saturating_sub(1);
+    while at + ahead < n {
+        let rows = at + 1 - back..=at;
+        let flies = rows.clone().all(|j| clear[j] > 0.25 * CLEAR);
+        let touches = (at..=at + ahead).any(|j| clear[j] < 0.25 * CLEAR);
+        let read = toss.read(rows, at, flies.then_some((thrown, land)));
+        let smooth = read.filter(|(s, left)| {
+            let fast = s.velocity.fixed_rows::<3>(0).norm().max(s.velocity.fixed_rows::<3>(3).norm() * body.reach());
+            touches && left[0] < 2.5 * level.place && left[1] < 2.5 * level.turn && fast > SLOW
+        });
+        let Some((start, _)) = smooth else {
+            at += 1;
+            continue;
+        };
+        let span = toss.time[at] - toss.time[at + 1 - back];
+        let gain = if flies { (12.0 / back as f64).sqrt() } else { (192.0 / back as f64).sqrt() } / span;
+        let doubt = [level.place * gain, level.turn * gain];
+        touching.push(Window { toss: index, from: at, to: at + ahead, start, scene: Scene::Contact, doubt });
+        at += (back / 2).max(2);
+    }
+    out.extend(lying(index, toss, &clear, back));
+    let keep = touching.len().min(most);
+    out.extend((0..keep).map(|k| touching[(2 * k + 1) * touching.len() / (2 * keep)].clone()));
+    out
+}
+
+/// The last rows, where it lies still near the support.
+fn lying(index: usize, toss: &Toss, clear: &[f64], rows: usize) -> Option<Window> {
+    let to = toss.time.len() - 1;
+    let from = (to + 1).checked_sub(rows)?;
+    let still = (from..=to).all(|j| {
+        let span = (toss.time[to] - toss.time[j]).max(1e-3);
+        (toss.place[j] - toss.place[to]).norm() < 5e-4 + 0.02 * span && toss.turn[j].angle_to(&toss.turn[to]) < 5e-3
+    });
+    let doubt = [0.0; 2];
+    let scene = Scene::Rest;
+    let start = toss.state(to);
+    (still && clear[to].abs() < 0.01).then_some(Window { toss: index, from, to, start, scene, doubt })
+}
+
+/// Gauss-Newton on the start of a flight.
+pub fn settle(window: &mut Window, toss: &Toss, by: &Simulated) {
+    for _ in 0..2 {
+        let here = residual(window, toss, by);
+        let columns = start_columns(window, toss, by, &here);
+        let r = DVector::from_vec(here);
+        let Some(step) = nalgebra::Cholesky::new(columns.transpose() * &columns).map(|c| c.solve(&(columns.transpose() * r)))
+        else {
+            return;
+        };
+        window.start = moved(&window.start, &(-step));
+    }
+}
+
+/// A state moved by place, rotation, velocity, spin and, with a hinge, angle and rate.
+fn moved(s: &State, by: &DVector<f64>) -> State {
+    let three = |k: usize| Vector3::new(by[k], by[k + 1], by[k + 2]);
+    let mut velocity = s.velocity;
+    for k in 0..6 {
+        velocity[k] += by[6 + k];
+    }
+    let hinge = |k: usize| if by.len() > k { by[k] } else { 0.0 };
+    velocity[6] += hinge(13);
+    State {
+        place: s.place + three(0),
+        turn: UnitQuaternion::from_scaled_axis(three(3)) * s.turn,
+        angle: s.angle + hinge(12),
+        velocity,
+    }
+}
+
+/// How a flight's residuals answer to its start, one column for each number of the state.
+pub fn start_columns(window: &Window, toss: &Toss, by: &Simulated, here: &[f64]) -> DMatrix<f64> {
+    let count = if by.thrown.second.is_some() { 14 } else { 12 };
+    let mut out = DMatrix::zeros(here.len(), count);
+    for k in 0..count {
+        let step = if k < 6 || k == 12 { 1e-4 } else { 1e-3 };
+        let mut shift = DVector::zeros(count);
+        shift[k] = step;
+        let other = Window { start: moved(&window.start, &shift), ..window.clone() };
+        let there = residual(&other, toss, by);
+        for (i, (a, b)) in there.iter().zip(here).enumerate() {
+            out[(i, k)] = (a - b) / step;
+        }
+    }
+    out
+}
+
+/// Foretold less measured over their standard deviation, row by row: place, rotation, and the hinge's angle.
+pub fn residual(window: &Window, toss: &Toss, by: &Simulated) -> Vec<f64> {
+    let Simulated { thrown, land, level, reach, lying } = by;
+    if window.scene == Scene::Rest {
+        return vec![(thrown.seat(&toss.state(window.to), land, SEAT) - lying) / level.place.hypot(LYING)];
+    }
+    let last = window.to - window.from;
+    let every = if window.scene == Scene::Flight { 1 } else { last.div_ceil(COMPARED).max(1) };
+    let rows: Vec<usize> = (0..=last).rev().step_by(every).collect::<Vec<_>>().into_iter().rev().collect();
+    let from_start = rows.first() == Some(&0);
+    let mut times: Vec<f64> = rows.iter().map(|k| toss.time[window.from + k]).collect();
+    if !from_start {
+        times.insert(0, toss.time[window.from]);
+    }
+    // Nothing touches in flight, whatever a start that is still far off would run into.
+    let nowhere = Landing { height: f64::NEG_INFINITY, ..*land };
+    let land = if window.scene == Scene::Flight { &nowhere } else { land };
+    let states = thrown.fly(&window.start, land, &times, STEP);
+    let mut out = Vec::with_capacity(7 * rows.len());
+    let skip = if from_start { 0 } else { 1 };
+    for (k, s) in rows.iter().zip(states.iter().skip(skip)) {
+        if *k == 0 && window.scene == Scene::Contact {
+            continue;
+        }
+        let j = window.from + k;
+        let dt = toss.time[j] - toss.time[window.from];
+        let form = if window.scene == Scene::Flight { 0.0 } else { FORM };
+        let sd = |own: f64, doubt: f64, form: f64| (own * own + (doubt * dt).powi(2) + (form * dt).powi(2)).sqrt();
+        let place = (s.place - toss.place[j]) / sd(level.place, window.doubt[0], form);
+        let turn_sd = sd(level.turn, window.doubt[1], form / reach);
+        let turn = (s.turn * toss.turn[j].inverse()).scaled_axis() / turn_sd;
+        out.extend(place.iter().chain(turn.iter()));
+        if thrown.second.is_some() {
+            out.push((s.angle - toss.angle[j]) / turn_sd);
+        }
+    }
+    out
+}
+
+/// The first flight of a toss cut in two: its rows, and the state at its start as its first half has it.
+pub fn flight_of(toss: &Toss, by: &Simulated) -> Option<((usize, usize), State)> {
+    let clear = clearances(toss, &by.thrown, &by.land);
+    let all = flights(toss, &clear, &by.land, &by.level, by.thrown.second.is_some());
+    let (from, to) = *all.first()?;
+    let half = from + (to - from).div_ceil(2).max(5);
+    let (start, _) = toss.read(from..=half.min(to), from, Some((&by.thrown, &by.land)))?;
+    let doubt = [0.0; 2];
+    let mut window = Window { toss: 0, from, to: half.min(to), start, scene: Scene::Flight, doubt };
+    settle(&mut window, toss, by);
+    Some(((from, to), window.start))
+}

@@ -291,7 +291,8 @@ impl Thrown {
     fn glide(&self, s: &State, land: &Landing, h: f64) -> State {
         let (inverse, force) = self.dynamics(s, land);
         let grip = self.second.as_ref().map_or(0.0, |(_, hinge)| hinge.friction * h);
-        let mut on = self.touching(s, land, &inverse, TOUCH);
+        let lands = land.height > f64::NEG_INFINITY;
+        let mut on = if lands { self.touching(s, land, &inverse, TOUCH) } else { Vec::new() };
         if !on.is_empty() {
             let mut v = s.velocity + inverse * force * h;
             for c in &mut on {
@@ -369,6 +370,9 @@ impl Thrown {
 
     /// The state after `h` seconds.
     pub fn step(&self, start: &State, land: &Landing, h: f64) -> State {
+        if land.height == f64::NEG_INFINITY {
+            return self.glide(start, land, h);
+        }
         let mut s = *start;
         let mut left = h;
         for _ in 0..IMPACTS {

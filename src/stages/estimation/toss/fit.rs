@@ -151,6 +151,7 @@ impl Study {
         let mut level = noise_level(&tosses);
         level.place = noise[0].map_or(level.place, |n| n.max(1e-6));
         level.turn = noise[1].map_or(level.turn, |n| n.max(1e-5));
+        level.angle = level.angle.max(level.turn);
         let used = tosses.iter().filter(|t| !t.held_out).count().max(1);
         let most = (WINDOWS / used).clamp(2, EACH);
         let fitted = tosses.iter().enumerate().filter(|(_, t)| held_out || !t.held_out);

@@ -9,8 +9,8 @@ mod windows;
 mod write;
 
 pub use conditions::Conditions;
-pub use fit::{Fitted, Row, Sought, Study, rigid};
+pub use fit::{Row, Sought, Study, rigid};
 pub use read::{Subject, subjects};
-pub use windows::{Scene, Simulated, Toss, Window, flight_of};
+pub use windows::{Scene, Simulated, Toss, flight_of};
 pub use write::{METHOD, conditions_of};
 pub(super) use write::identify_tosses;

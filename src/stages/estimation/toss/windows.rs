@@ -33,6 +33,8 @@ pub struct Level {
     pub place: f64,
     /// rad.
     pub turn: f64,
+    /// Of the hinge's angle, rad.
+    pub angle: f64,
 }
 
 /// What simulates a body under given conditions, with the noise that it is held against.
@@ -83,8 +85,8 @@ pub struct Window {
     pub start: State,
     /// What it shows.
     pub scene: Scene,
-    /// Standard deviation of velocity and spin at the start, m/s and rad/s.
-    pub doubt: [f64; 2],
+    /// Standard deviation of velocity, spin and the hinge's rate at the start, m/s and rad/s.
+    pub doubt: [f64; 3],
 }
 
 /// Span from which a state is read, and over which it is foretold, s; fewest rows of each.
@@ -110,13 +112,15 @@ const JOLT: f64 = 8.0;
 pub const STEP: f64 = 2e-3;
 /// Gravity of a flight that nothing holds, over that of the capture.
 const FALLS: std::ops::Range<f64> = 0.6..1.4;
+/// The same of the hinge of a body that swings about it.
+const SWINGS: std::ops::Range<f64> = 0.4..1.8;
 
 /// Rows `from..=to` of a toss as polynomials about row `at`: value and slope of place, rotation vector from `at`'s
 /// orientation, and angle; with the root mean square of what is left of place and rotation.
 struct Local {
     value: [f64; 7],
     slope: [f64; 7],
-    left: [f64; 2],
+    left: [f64; 3],
 }
 
 fn local(toss: &Toss, rows: std::ops::RangeInclusive<usize>, at: usize, degree: usize, known: &[f64; 7]) -> Option<Local> {
@@ -137,12 +141,12 @@ fn local(toss: &Toss, rows: std::ops::RangeInclusive<usize>, at: usize, degree: 
     });
     let x = nalgebra::Cholesky::new(a.transpose() * &a)?.solve(&(a.transpose() * &b));
     let rest = &b - &a * &x;
-    let freedom = (3 * n.saturating_sub(degree + 1)).max(1) as f64;
-    let rms = |from: usize| (rest.columns(from, 3).norm_squared() / freedom).sqrt();
+    let freedom = n.saturating_sub(degree + 1).max(1) as f64;
+    let rms = |from: usize, count: usize| (rest.columns(from, count).norm_squared() / freedom / count as f64).sqrt();
     Some(Local {
         value: std::array::from_fn(|k| x[(0, k)]),
         slope: std::array::from_fn(|k| x[(1, k)]),
-        left: [rms(0), rms(3)],
+        left: [rms(0, 3), rms(3, 3), rms(6, 1)],
     })
 }
 
@@ -175,7 +179,7 @@ impl Toss {
     }
 
     /// The state at a row from the rows before it and after it; in flight the curvature is the model's.
-    fn read(&self, rows: std::ops::RangeInclusive<usize>, at: usize, flight: Option<(&Thrown, &Landing)>) -> Option<(State, [f64; 2])> {
+    fn read(&self, rows: std::ops::RangeInclusive<usize>, at: usize, flight: Option<(&Thrown, &Landing)>) -> Option<(State, [f64; 3])> {
         let Some((thrown, land)) = flight else {
             let fit = local(self, rows, at, 2, &[0.0; 7])?;
             return Some((state_of(&fit, &self.turn[at]), fit.left));
@@ -193,19 +197,21 @@ impl Toss {
 
 /// The noise of the tracks: what a short parabola leaves where the motion is smooth.
 pub fn noise_level(tosses: &[Toss]) -> Level {
-    let (mut place, mut turn) = (Vec::new(), Vec::new());
+    let (mut place, mut turn, mut angle) = (Vec::new(), Vec::new(), Vec::new());
     for toss in tosses {
         let n = toss.rows(BACK);
         for at in (n..toss.time.len()).step_by(2) {
             if let Some(fit) = local(toss, at + 1 - n..=at, at, 2, &[0.0; 7]) {
                 place.push(fit.left[0]);
                 turn.push(fit.left[1]);
+                angle.push(fit.left[2]);
             }
         }
     }
     Level {
         place: quantile(&place, 0.3).unwrap_or(1e-4).max(1e-5),
         turn: quantile(&turn, 0.3).unwrap_or(1e-3).max(1e-4),
+        angle: quantile(&angle, 0.5).unwrap_or(1e-3).max(1e-4),
     }
 }
 
@@ -233,7 +239,8 @@ pub fn flights(toss: &Toss, clear: &[f64], land: &Landing, level: &Level, swings
         }
         if j > start + FLIGHT.1 && toss.time[j - 1] - toss.time[start] > FLIGHT.0 {
             let height = DVector::from_fn(j - start, |i, _| land.gravity.normalize().dot(&toss.place[start + i]));
-            if swings || falls(&toss.time[start..j], &height, land.gravity.norm()) {
+            let range = if swings { SWINGS } else { FALLS };
+            if range.contains(&falls(&toss.time[start..j], &height, land.gravity.norm())) {
                 out.push((start, j - 1));
             }
         }
@@ -242,10 +249,11 @@ pub fn flights(toss: &Toss, clear: &[f64], land: &Landing, level: &Level, swings
     out
 }
 
-fn falls(time: &[f64], height: &DVector<f64>, gravity: f64) -> bool {
+/// Acceleration downwards over gravity, by a parabola.
+fn falls(time: &[f64], height: &DVector<f64>, gravity: f64) -> f64 {
     let a = DMatrix::from_fn(time.len(), 3, |i, j| (time[i] - time[0]).powi(j as i32));
     let solved = nalgebra::Cholesky::new(a.transpose() * &a).map(|c| c.solve(&(a.transpose() * height)));
-    solved.is_some_and(|x| FALLS.contains(&(2.0 * x[2] / gravity)))
+    solved.map_or(0.0, |x| 2.0 * x[2] / gravity)
 }
 
 /// The windows of one toss: its flights, and stretches of contact, at most `most` of these.
@@ -257,7 +265,7 @@ pub fn cut(index: usize, toss: &Toss, body: &Body, at: &Conditions, level: &Leve
     let mut out = Vec::new();
     for (from, to) in flights(toss, &clear, land, level, thrown.second.is_some()) {
         if let Some((start, _)) = toss.read(from..=to, from, Some((thrown, land))) {
-            let mut window = Window { toss: index, from, to, start, scene: Scene::Flight, doubt: [0.0; 2] };
+            let mut window = Window { toss: index, from, to, start, scene: Scene::Flight, doubt: [0.0; 3] };
             settle(&mut window, toss, &by);
             out.push(window);
         }
@@ -280,7 +288,7 @@ pub fn cut(index: usize, toss: &Toss, body: &Body, at: &Conditions, level: &Leve
         };
         let span = toss.time[at] - toss.time[at + 1 - back];
         let gain = if flies { (12.0 / back as f64).sqrt() } else { (192.0 / back as f64).sqrt() } / span;
-        let doubt = [level.place * gain, level.turn * gain];
+        let doubt = [level.place, level.turn, level.angle].map(|l| l * gain);
         touching.push(Window { toss: index, from: at, to: at + ahead, start, scene: Scene::Contact, doubt });
         at += (back / 2).max(2);
     }
@@ -298,7 +306,7 @@ fn lying(index: usize, toss: &Toss, clear: &[f64], rows: usize) -> Option<Window
         let span = (toss.time[to] - toss.time[j]).max(1e-3);
         (toss.place[j] - toss.place[to]).norm() < 5e-4 + 0.02 * span && toss.turn[j].angle_to(&toss.turn[to]) < 5e-3
     });
-    let doubt = [0.0; 2];
+    let doubt = [0.0; 3];
     let scene = Scene::Rest;
     let start = toss.state(to);
     (still && clear[to].abs() < 0.01).then_some(Window { toss: index, from, to, start, scene, doubt })
@@ -385,7 +393,7 @@ pub fn residual(window: &Window, toss: &Toss, by: &Simulated) -> Vec<f64> {
         let turn = (s.turn * toss.turn[j].inverse()).scaled_axis() / turn_sd;
         out.extend(place.iter().chain(turn.iter()));
         if thrown.second.is_some() {
-            out.push((s.angle - toss.angle[j]) / turn_sd);
+            out.push((s.angle - toss.angle[j]) / sd(level.angle, window.doubt[2], form / reach));
         }
     }
     out
@@ -398,7 +406,7 @@ pub fn flight_of(toss: &Toss, by: &Simulated) -> Option<((usize, usize), State)>
     let (from, to) = *all.first()?;
     let half = from + (to - from).div_ceil(2).max(5);
     let (start, _) = toss.read(from..=half.min(to), from, Some((&by.thrown, &by.land)))?;
-    let doubt = [0.0; 2];
+    let doubt = [0.0; 3];
     let mut window = Window { toss: 0, from, to: half.min(to), start, scene: Scene::Flight, doubt };
     settle(&mut window, toss, by);
     Some(((from, to), window.start))

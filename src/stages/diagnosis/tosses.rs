@@ -1,0 +1,265 @@
+//! Tosses as the ladder of laws sees them: flights, short windows about contacts, and where the body came to lie.
+//!
+//! The windows are so short that what is measured is linear in all that is sought: each number has its column, simulated
+//! once at the conditions of the twin, and every law is a combination of them.
+
+use std::collections::BTreeMap;
+
+use super::family::{Active, Channel, ChannelKind, Family, Group, Scatter, Sheet};
+use super::fit::Fit;
+use super::toss_laws::{BASE, TossLaw, base, movable, toss_laws};
+use super::{Quantity, Trace};
+use crate::capture::Capture;
+use crate::math::median;
+use crate::stages::estimation::{Conditions, Sought, Subject, TossRow, TossScene, conditions_of, tossed_subjects};
+use crate::twin::Model;
+
+/// Kinds of channels: place and turn in flight, place and turn about contacts, height at rest.
+const KINDS: usize = 5;
+const REST: usize = 4;
+/// Contacts that are worse than the typical one by this factor count less.
+const ODD: f64 = 4.0;
+
+/// What differs from toss to toss: name of the number, spread before the data are seen, its floor.
+const SCATTER: [(&str, f64, f64); 7] = [
+    ("gravity", 5e-3, 5e-4),
+    ("gravity-tilt-x", 5e-3, 5e-4),
+    ("gravity-tilt-y", 5e-3, 5e-4),
+    ("friction", 0.02, 4e-3),
+    ("restitution", 0.05, 0.01),
+    ("lying", 2e-4, 3e-5),
+    ("rise", 3e-4, 1e-4),
+];
+
+/// All tosses of one body.
+pub struct Tosses {
+    /// What is thrown.
+    pub subject: Subject,
+    sheet: Sheet,
+    laws: Vec<TossLaw>,
+    sought: Vec<Sought>,
+    /// The conditions at which the columns were simulated.
+    at: Conditions,
+    /// By group, then by number: all channels one after the other.
+    columns: Vec<Vec<Vec<f64>>>,
+}
+
+/// Tosses of every body that is thrown.
+pub fn of_all_bodies(capture: &Capture, model: &Model) -> Vec<Tosses> {
+    let all = tossed_subjects(capture, model, true);
+    all.into_iter().filter_map(|s| Tosses::new(s, model)).collect()
+}
+
+/// Samples of one group while they are gathered.
+#[derive(Default)]
+struct Gathered {
+    channels: [Option<Channel>; KINDS],
+    columns: [Vec<Vec<f64>>; KINDS],
+}
+
+impl Tosses {
+    fn new(subject: Subject, model: &Model) -> Option<Self> {
+        let at = conditions_of(&model.twin, &subject);
+        let sought = movable();
+        let mut subject = subject;
+        subject.study.settle(&at);
+        let (rows, _) = subject.study.rows(&at, &sought);
+        let joint = subject.second.as_ref().map(|s| s.1.clone());
+        let laws = toss_laws(&subject.root, joint.as_deref());
+        let level = subject.study.level;
+        let kind = |quantity, sigma| ChannelKind { quantity, sigma, jitter: 0.0 };
+        let sheet = Sheet {
+            groups: Vec::new(),
+            kinds: vec![
+                kind(Quantity::Flight, level.place),
+                kind(Quantity::Rotation, level.turn),
+                kind(Quantity::Position, level.place),
+                kind(Quantity::Rotation, level.turn),
+                kind(Quantity::Position, level.place.max(5e-5)),
+            ],
+            base: base(),
+            scatter: SCATTER.map(scatter).to_vec(),
+            laws: laws.iter().map(|l| l.law.clone()).collect(),
+        };
+        let mut out = Self {
+            subject,
+            sheet,
+            laws,
+            sought,
+            at,
+            columns: Vec::new(),
+        };
+        out.gather(&rows);
+        (out.sheet.groups.iter().any(|g| !g.held_out)).then_some(out)
+    }
+
+    fn gather(&mut self, rows: &[TossRow]) {
+        let study = &self.subject.study;
+        let contacts = rows.iter().zip(&study.windows).filter(|(_, w)| w.scene == TossScene::Contact);
+        let squares: Vec<f64> = contacts.map(|(r, _)| mean_square(r)).collect();
+        let typical = median(&squares).unwrap_or(1.0);
+        let mut all: BTreeMap<usize, Gathered> = BTreeMap::new();
+        let width = if study.body.second.is_some() { 7 } else { 6 };
+        for (row, window) in rows.iter().zip(&study.windows) {
+            let to = all.entry(window.toss).or_default();
+            let odd = (mean_square(row) / typical / ODD - 1.0).max(0.0).sqrt();
+            match window.scene {
+                TossScene::Rest => to.add(row, REST, &[0], self.sheet.kinds[REST].sigma, 0.0),
+                scene => {
+                    let first = if scene == TossScene::Flight { 0 } else { 2 };
+                    let aside = if scene == TossScene::Flight { 0.0 } else { odd };
+                    for c in 0..width {
+                        let kind = first + usize::from(c >= 3);
+                        let mut picked: Vec<usize> = (c..row.residual.len()).step_by(width).collect();
+                        if scene == TossScene::Contact {
+                            // What is left of a contact is the error of the model, the same over the whole window.
+                            picked.drain(..picked.len().saturating_sub(1));
+                        }
+                        to.add(row, kind, &picked, self.sheet.kinds[kind].sigma, aside);
+                    }
+                }
+            }
+        }
+        for (toss, gathered) in all {
+            let toss = &study.tosses[toss];
+            let mut columns = vec![Vec::new(); self.sought.len()];
+            let mut channels = Vec::new();
+            for (channel, own) in gathered.channels.into_iter().zip(gathered.columns) {
+                let Some(channel) = channel else { continue };
+                for (all, own) in columns.iter_mut().zip(own) {
+                    all.extend(own);
+                }
+                channels.push(channel);
+            }
+            self.sheet.groups.push(Group {
+                name: toss.name.clone(),
+                held_out: toss.held_out,
+                channels,
+            });
+            self.columns.push(columns);
+        }
+    }
+
+    fn number(&self, name: &str) -> Option<usize> {
+        self.sought.iter().position(|s| s.name == name)
+    }
+
+    /// The value of every number under base parameters and laws.
+    fn numbers(&self, base: &[f64], active: &[Active]) -> Vec<f64> {
+        let mut out = vec![0.0; self.sought.len()];
+        for (name, value) in BASE.iter().zip(base) {
+            if let Some(k) = self.number(name) {
+                out[k] = *value;
+            }
+        }
+        for a in active {
+            let Some(own) = self.laws.get(a.law.form) else { continue };
+            for (moves, value) in own.moves.iter().zip(a.values) {
+                for (name, factor) in moves {
+                    if let Some(k) = self.number(name) {
+                        out[k] += factor * value;
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// The conditions that a fit comes to.
+    fn conditions(&self, fit: &Fit) -> Conditions {
+        let (base, mut rest) = fit.theta.split_at(self.sheet.base.len());
+        let mut active = Vec::new();
+        for law in &fit.laws {
+            let law = &self.sheet.laws[*law];
+            let (values, others) = rest.split_at(law.parameters.len());
+            active.push(Active { law, values });
+            rest = others;
+        }
+        let mut out = self.at;
+        for (s, value) in self.sought.iter().zip(self.numbers(base, &active)) {
+            let excess = s.name.starts_with("excess");
+            if !excess || value != 0.0 {
+                (s.set)(&mut out, value);
+            }
+        }
+        out
+    }
+
+    /// Measured against foretold under a fit, toss by toss.
+    pub fn traces(&self, fit: &Fit) -> Vec<Trace> {
+        super::toss_curves::traces(&self.subject, &self.conditions(fit))
+    }
+}
+
+fn mean_square(row: &TossRow) -> f64 {
+    row.residual.norm_squared() / row.residual.len().max(1) as f64
+}
+
+fn scatter((_, tau, floor): (&str, f64, f64)) -> Scatter {
+    Scatter {
+        tau,
+        counts: 3.0,
+        floor,
+        nuisance: false,
+        step: tau,
+    }
+}
+
+impl Gathered {
+    /// Some of a window's rows as one run of a channel; residuals are foretold less measured, in units of `sigma`.
+    fn add(&mut self, row: &TossRow, kind: usize, picked: &[usize], sigma: f64, aside: f64) {
+        let channel = self.channels[kind].get_or_insert_with(|| Channel {
+            kind,
+            measured: Vec::new(),
+            starts: Vec::new(),
+            change: Vec::new(),
+            aside: Vec::new(),
+        });
+        let columns = &mut self.columns[kind];
+        columns.resize(row.slopes.ncols(), Vec::new());
+        for (k, i) in picked.iter().enumerate() {
+            channel.measured.push(-row.residual[*i] * sigma);
+            channel.starts.push(k == 0);
+            channel.change.push(0.0);
+            channel.aside.push(aside * sigma);
+            for (n, column) in columns.iter_mut().enumerate() {
+                column.push(row.slopes[(*i, n)] * sigma);
+            }
+        }
+    }
+}
+
+impl Family for Tosses {
+    fn sheet(&self) -> &Sheet {
+        &self.sheet
+    }
+
+    fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {
+        let columns = &self.columns[group];
+        let mut moved = self.numbers(base, active);
+        for (s, m) in self.sought.iter().zip(&mut moved) {
+            *m -= (s.get)(&self.at);
+        }
+        for ((name, _, _), effect) in SCATTER.iter().zip(scatter) {
+            if let Some(k) = self.number(name) {
+                moved[k] += effect;
+            }
+        }
+        let n = columns.first().map_or(0, Vec::len);
+        let mut out = vec![0.0; n];
+        for (column, by) in columns.iter().zip(&moved).filter(|(_, by)| **by != 0.0) {
+            for (o, c) in out.iter_mut().zip(column) {
+                *o += c * by;
+            }
+        }
+        out
+    }
+
+    fn covariates(&self, _group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+        Vec::new()
+    }
+
+    fn about(&self, law: usize) -> usize {
+        if self.laws[law].flies { 0 } else { 2 }
+    }
+}

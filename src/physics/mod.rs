@@ -13,6 +13,7 @@ mod quasistatic;
 mod slide;
 mod tilt;
 mod tumble;
+mod tumble_contact;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use elastic::ElasticLaw;

@@ -103,6 +103,13 @@ pub struct Tossed {
     /// Height of the support where it was struck, over where the capture has it, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub support_rise: Option<Estimate>,
+    /// Centre of mass from that of the shape at uniform density, m, link axes; of a body of two links with the masses
+    /// taken as equal, for a toss shows the moments alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre_offset: Option<Estimate<[f64; 3]>>,
+    /// Logarithm (xx, yy, zz, xy, xz, yz) of the second moments of mass in units of those at uniform density.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread: Option<Estimate<[f64; 6]>>,
     /// Drag of the air over mass, 1/m: deceleration over squared speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air_drag: Option<Estimate>,

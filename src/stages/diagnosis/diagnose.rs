@@ -16,7 +16,7 @@ use super::white::whiteness;
 use super::{Config, Curve, Trace, asking, named};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
+use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -77,6 +77,7 @@ pub fn diagnose(
         base_fit(&predicted(&plain, (&curves.plain, &curves.plain_tosses)))
     };
     base.tests = whiteness(&traces);
+    base.tests.extend(curves.tests);
     let verdict = match verdict(&traces, config) {
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
         Verdict::Unknown if findings.is_empty() => Verdict::Unknown,
@@ -101,6 +102,7 @@ struct Loads {
     full: Vec<Load>,
     plain_tosses: Vec<Trace>,
     full_tosses: Vec<Trace>,
+    tests: Vec<Evidence>,
 }
 
 /// A trace without curves takes those of a joint's load, where there are any.
@@ -160,6 +162,7 @@ fn name_causes(
         untestable.extend(ladder.untestable.iter().map(|law| tosses.laws()[*law].cause));
         findings.extend(named::findings(&tosses, &ladder));
         loads.plain_tosses.extend(tosses.traces(&ladder.plain));
+        loads.tests.extend(tosses.hinge());
         loads.full_tosses.extend(tosses.traces(&ladder.full));
     }
     let of_joints = joint_findings(model, findings);

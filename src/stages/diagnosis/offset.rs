@@ -53,7 +53,10 @@ struct Offset {
 
 impl Offset {
     fn of(link: &Link, model: &Model) -> Option<Self> {
-        let com = link.com.as_ref().filter(|c| c.is_measured() && c.method != TOSS_METHOD)?;
+        let com = link
+            .com
+            .as_ref()
+            .filter(|c| c.is_measured() && c.method != TOSS_METHOD)?;
         let mesh = model.meshes.get(link.mesh.as_ref()?)?;
         let centroid = mass_properties(mesh)?.centroid;
         let (low, high) = mesh.bounds()?;

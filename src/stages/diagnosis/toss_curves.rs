@@ -33,7 +33,13 @@ pub fn traces(subject: &Subject, at: &Conditions) -> Vec<Trace> {
         let half = from + (to - from).div_ceil(2).max(5);
         for (k, axis) in ["x", "y", "z"].iter().enumerate() {
             let curve = |label: &str, quantity, rows: std::ops::RangeInclusive<usize>| {
-                let shown = |j: usize| if rows.contains(&j) { states[j - from].place[k] } else { f64::NAN };
+                let shown = |j: usize| {
+                    if rows.contains(&j) {
+                        states[j - from].place[k]
+                    } else {
+                        f64::NAN
+                    }
+                };
                 Curve {
                     label: format!("{}: {axis} {label}", subject.root),
                     quantity,
@@ -44,11 +50,15 @@ pub fn traces(subject: &Subject, at: &Conditions) -> Vec<Trace> {
                 }
             };
             if to > half {
-                trace.curves.push(curve("over the rest of its flight", Quantity::Flight, half + 1..=to));
+                trace
+                    .curves
+                    .push(curve("over the rest of its flight", Quantity::Flight, half + 1..=to));
             }
             if to + 1 < toss.time.len() {
                 let all = to + 1..=toss.time.len() - 1;
-                trace.curves.push(curve("after the first bounce, in one go", Quantity::Bounced, all));
+                trace
+                    .curves
+                    .push(curve("after the first bounce, in one go", Quantity::Bounced, all));
             }
         }
         windows(&mut trace, subject, i, toss, &by);
@@ -76,7 +86,7 @@ fn windows(trace: &mut Trace, subject: &Subject, index: usize, toss: &Toss, by: 
         .filter(|w| w.toss == index && w.scene == TossScene::Contact)
         .filter_map(|w| {
             let times = [toss.time[w.from], toss.time[w.to]];
-            let states = by.thrown.fly(&w.start, &by.land, &times, STEP);
+            let states = by.thrown.fly(&w.start, &w.land(by), &times, STEP);
             Some((w.to, *states.last()?))
         })
         .collect();

@@ -18,35 +18,90 @@ pub fn movable() -> Vec<Sought> {
     };
     all.extend([
         of("scale", 2e-3, |c| c.scale, |c, x| c.scale = x),
-        of("gravity-tilt-x", 2e-3, |c| c.gravity_tilt[0], |c, x| c.gravity_tilt[0] = x),
-        of("gravity-tilt-y", 2e-3, |c| c.gravity_tilt[1], |c, x| c.gravity_tilt[1] = x),
-        of("support-tilt-x", 2e-3, |c| c.support_tilt[0], |c, x| c.support_tilt[0] = x),
-        of("support-tilt-y", 2e-3, |c| c.support_tilt[1], |c, x| c.support_tilt[1] = x),
+        of(
+            "gravity-tilt-x",
+            2e-3,
+            |c| c.gravity_tilt[0],
+            |c, x| c.gravity_tilt[0] = x,
+        ),
+        of(
+            "gravity-tilt-y",
+            2e-3,
+            |c| c.gravity_tilt[1],
+            |c, x| c.gravity_tilt[1] = x,
+        ),
+        of(
+            "support-tilt-x",
+            2e-3,
+            |c| c.support_tilt[0],
+            |c, x| c.support_tilt[0] = x,
+        ),
+        of(
+            "support-tilt-y",
+            2e-3,
+            |c| c.support_tilt[1],
+            |c, x| c.support_tilt[1] = x,
+        ),
         of("excess-slow", 0.05, |c| c.excess.0, |c, x| c.excess = (x, 0.03)),
         of("excess-fast", 0.05, |c| c.excess.0, |c, x| c.excess = (x, 0.2)),
         of("viscous", 0.05, |c| c.viscous, |c, x| c.viscous = x),
-        of("hinge-friction", 2e-3, |c| c.hinge_friction, |c, x| c.hinge_friction = x),
+        of(
+            "hinge-friction",
+            2e-3,
+            |c| c.hinge_friction,
+            |c, x| c.hinge_friction = x,
+        ),
         of("hinge-damping", 2e-4, |c| c.hinge_damping, |c, x| c.hinge_damping = x),
     ]);
     all
 }
 
-/// What the plain model of a toss is free in.
-pub const BASE: [&str; 6] = ["restitution", "friction", "rounding", "rise", "lying", "drag"];
+/// What the plain model of a toss is free in: the last is of a hinge.
+const BASE: [&str; 7] = [
+    "restitution",
+    "friction",
+    "rounding",
+    "rise",
+    "lying",
+    "drag",
+    "hinge-friction",
+];
 
-/// How well a capture says where the surface of body and support are, m: half of what a fit that has nothing else to go by
-/// allows.
+/// How well a capture says where the surfaces of body and support are, m; and how much lower or higher a body lies than it
+/// strikes.
 const SURFACE: f64 = 5e-4;
+const LYING: f64 = 2e-4;
+/// How far the law of impact itself may be off, as a logarithm of the inertia that it seems to show: Newton's restitution
+/// at corners that strike together is a model.
+const IMPACT: f64 = 0.05;
+
+fn unit_of(name: &str) -> &'static str {
+    match name {
+        "restitution" | "friction" | "inertia" => "1",
+        "drag" => "1/m",
+        "hinge-friction" => "N·m/kg",
+        _ => "m",
+    }
+}
 
 /// The plain model's parameters.
-pub fn base() -> Vec<Parameter> {
+pub fn base(hinged: bool) -> Vec<Parameter> {
     let all = movable();
     let one = |name: &&'static str| {
         let s = all.iter().find(|s| s.name == *name)?;
-        let sd = if *name == "lying" { SURFACE } else { s.prior.1 };
+        let sd = match *name {
+            "rise" => SURFACE,
+            "lying" => LYING,
+            "inertia" => IMPACT,
+            _ => s.prior.1,
+        };
         Some(Parameter {
             name: s.name,
-            unit: if matches!(*name, "restitution" | "friction") { "1" } else { "m" },
+            unit: if matches!(*name, "restitution" | "friction") {
+                "1"
+            } else {
+                "m"
+            },
             centre: s.prior.0,
             sd,
             low: s.range.0,
@@ -54,7 +109,8 @@ pub fn base() -> Vec<Parameter> {
             log: false,
         })
     };
-    BASE.iter().filter_map(one).collect()
+    let count = BASE.len() - usize::from(!hinged);
+    BASE[..count].iter().filter_map(one).collect()
 }
 
 /// A law, with the numbers that it moves: for each of its parameters, which numbers by how much.
@@ -78,9 +134,10 @@ fn law(cause: &'static str, place: &str, amplitudes: Vec<Parameter>, words: &'st
 }
 
 /// Every law that tosses can show.
-pub fn toss_laws(link: &str, joint: Option<&str>) -> Vec<TossLaw> {
+pub fn toss_laws(link: &str, joint: Option<&str>, carved: bool) -> Vec<TossLaw> {
     let mut all = world_laws();
-    all.extend(body_laws(link));
+    // A shape that was carved from the tosses says nothing of its density.
+    all.extend(body_laws(link).into_iter().filter(|l| !carved || l.law.place != link));
     if let Some(joint) = joint {
         all.push(TossLaw {
             law: law(
@@ -195,10 +252,18 @@ fn body_laws(link: &str) -> Vec<TossLaw> {
             law: law(
                 "com-offset",
                 link,
-                vec![amplitude("x", "m", 0.01), amplitude("y", "m", 0.01), amplitude("z", "m", 0.01)],
+                vec![
+                    amplitude("x", "m", 0.01),
+                    amplitude("y", "m", 0.01),
+                    amplitude("z", "m", 0.01),
+                ],
                 "in flight the body turns about a point that is not the centroid of its shape",
             ),
-            moves: vec![vec![("centre-x", 1.0)], vec![("centre-y", 1.0)], vec![("centre-z", 1.0)]],
+            moves: vec![
+                vec![("centre-x", 1.0)],
+                vec![("centre-y", 1.0)],
+                vec![("centre-z", 1.0)],
+            ],
             flies: false,
         },
         weakening("excess-slow"),

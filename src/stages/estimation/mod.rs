@@ -39,8 +39,8 @@ pub use config::Config;
 pub use identify::identify;
 pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table};
+pub use replay::{replay_push, travel_direction};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
     conditions_of, flight_of, rigid as sought_of_tosses, subjects as tossed_subjects,
 };
-pub use replay::{replay_push, travel_direction};

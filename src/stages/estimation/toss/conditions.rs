@@ -171,6 +171,10 @@ impl Body {
     pub fn reach(&self) -> f64 {
         let all = self.root.corners.iter();
         let (sum, count) = all.fold((0.0, 0.0), |(s, n), c| (s + c.norm_squared(), n + 1.0));
-        if count > 0.0 { (sum / count / 1.5f64).sqrt() } else { 0.05 }
+        if count > 0.0 {
+            (sum / count / 1.5f64).sqrt()
+        } else {
+            0.05
+        }
     }
 }

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::conditions::{Body, Conditions};
-use super::windows::{Level, Scene, Simulated, Toss, Window, cut, noise_level, residual, settle, start_columns};
+use super::local::{Level, Toss, noise_level};
+use super::windows::{Scene, Simulated, Window, cut, residual, settle, start_columns, unevenness};
 use crate::math::median;
 
 /// One number that is sought, with its prior: normal, cut to a range.
@@ -135,7 +136,11 @@ impl Row {
     fn new(residual: DVector<f64>, slopes: DMatrix<f64>, open: Option<&DMatrix<f64>>) -> Self {
         let Some(q) = open else {
             let explained = 0;
-            return Self { explained, residual, slopes };
+            return Self {
+                explained,
+                residual,
+                slopes,
+            };
         };
         Self {
             explained: q.ncols(),
@@ -152,16 +157,33 @@ impl Study {
         level.place = noise[0].map_or(level.place, |n| n.max(1e-6));
         level.turn = noise[1].map_or(level.turn, |n| n.max(1e-5));
         level.angle = level.angle.max(level.turn);
-        let used = tosses.iter().filter(|t| !t.held_out).count().max(1);
-        let most = (WINDOWS / used).clamp(2, EACH);
-        let fitted = tosses.iter().enumerate().filter(|(_, t)| held_out || !t.held_out);
-        let windows = fitted.flat_map(|(i, t)| cut(i, t, &body, at, &level, most)).collect();
-        Self {
+        let (thrown, land) = body.thrown(at);
+        level.uneven = unevenness(&tosses, &thrown, &land).unwrap_or(level.uneven);
+        let windows = Vec::new();
+        let mut out = Self {
             body,
             tosses,
             windows,
             level,
-        }
+        };
+        out.cut(at, held_out);
+        out
+    }
+
+    /// Cuts the windows anew, as a body under these conditions flies and touches.
+    pub fn cut(&mut self, at: &Conditions, held_out: bool) {
+        let used = self.tosses.iter().filter(|t| !t.held_out).count().max(1);
+        let most = (WINDOWS / used).clamp(2, EACH);
+        let cut = |(i, toss)| cut(i, toss, &self.body, at, &self.level, most);
+        let fitted = self.tosses.iter().enumerate().filter(|(_, t)| held_out || !t.held_out);
+        self.windows = fitted.collect::<Vec<_>>().into_par_iter().flat_map_iter(cut).collect();
+    }
+
+    /// Fits, cuts the windows as the fit has the body touch, and fits again.
+    pub fn fit_twice(&mut self, start: &Conditions, sought: &[Sought]) -> Option<Fitted> {
+        let first = self.fit(start, sought)?;
+        self.cut(&first.at, false);
+        self.fit(&first.at, sought)
     }
 
     /// Residuals of all windows.
@@ -204,7 +226,9 @@ impl Study {
         let here = self.residuals(at);
         let open = self.open(at, &here);
         let each = here.into_iter().zip(rows).zip(&open);
-        let rows = each.map(|((r, row), q)| Row::new(DVector::from_vec(r), row.slopes, q.as_ref())).collect();
+        let rows = each
+            .map(|((r, row), q)| Row::new(DVector::from_vec(r), row.slopes, q.as_ref()))
+            .collect();
         (rows, open)
     }
 
@@ -225,7 +249,9 @@ impl Study {
     fn typical(&self, squares: &[f64]) -> [f64; 3] {
         [Scene::Flight, Scene::Contact, Scene::Rest].map(|scene| {
             let own = squares.iter().zip(&self.windows).filter(|(_, w)| w.scene == scene);
-            median(&own.map(|(s, _)| *s).collect::<Vec<f64>>()).unwrap_or(1.0).max(0.1)
+            median(&own.map(|(s, _)| *s).collect::<Vec<f64>>())
+                .unwrap_or(1.0)
+                .max(0.1)
         })
     }
 
@@ -235,7 +261,9 @@ impl Study {
             let scale = typical[w.scene as usize];
             0.5 * dof(w) * (1.0 + s / scale).ln()
         });
-        let prior = sought.iter().map(|s| 0.5 * (((s.get)(at) - s.prior.0) / s.prior.1).powi(2));
+        let prior = sought
+            .iter()
+            .map(|s| 0.5 * (((s.get)(at) - s.prior.0) / s.prior.1).powi(2));
         each.sum::<f64>() + prior.sum::<f64>()
     }
 

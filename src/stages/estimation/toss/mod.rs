@@ -3,6 +3,7 @@
 
 mod conditions;
 mod fit;
+mod local;
 mod read;
 mod shape;
 mod windows;
@@ -10,7 +11,8 @@ mod write;
 
 pub use conditions::Conditions;
 pub use fit::{Row, Sought, Study, rigid};
+pub use local::Toss;
 pub use read::{Subject, subjects};
-pub use windows::{Scene, Simulated, Toss, flight_of};
-pub use write::{METHOD, conditions_of};
+pub use windows::{Scene, Simulated, flight_of};
 pub(super) use write::identify_tosses;
+pub use write::{METHOD, conditions_of};

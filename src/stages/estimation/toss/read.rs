@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 use super::conditions::{Body, Conditions};
 use super::fit::Study;
+use super::local::Toss;
 use super::shape::{carved, of_mesh};
-use super::windows::Toss;
 use crate::capture::{Capture, Interaction, Kind, PoseStream};
 use crate::stages::estimation::facts::{Ground, ground_of};
 use crate::stages::estimation::solid::solid_of;
@@ -123,7 +123,13 @@ fn rigid(capture: &Capture, model: &Model, link: &str, ground: &Ground, held_out
     })
 }
 
-fn hinged(capture: &Capture, model: &Model, joint: &crate::twin::Joint, ground: &Ground, held_out: bool) -> Option<Subject> {
+fn hinged(
+    capture: &Capture,
+    model: &Model,
+    joint: &crate::twin::Joint,
+    ground: &Ground,
+    held_out: bool,
+) -> Option<Subject> {
     let (root, second) = (joint.parent.as_str(), joint.child.as_str());
     let stands = model.twin.link(root)?.pose.0;
     let origin = stands.inverse() * Point3::from(joint.origin.value);
@@ -172,7 +178,9 @@ fn toss_of(interaction: &Interaction, pairs: Vec<Row>, origin: &Point3<f64>, axi
     let mut angle: Vec<f64> = Vec::with_capacity(pairs.len());
     for (_, _, turn) in &pairs {
         let raw = turn.scaled_axis().dot(axis);
-        let turns = angle.last().map_or(0.0, |last| ((last - raw) / std::f64::consts::TAU).round());
+        let turns = angle
+            .last()
+            .map_or(0.0, |last| ((last - raw) / std::f64::consts::TAU).round());
         angle.push(raw + turns * std::f64::consts::TAU);
     }
     Toss {

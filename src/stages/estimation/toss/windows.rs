@@ -6,36 +6,9 @@
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 use super::conditions::{Body, Conditions};
+use super::local::{BACK, Level, Toss, local};
 use crate::math::quantile;
-use crate::physics::{Landing, State, Thrown, Velocity};
-
-/// One recorded toss: what the track says of `O`, the root's orientation and the hinge.
-#[derive(Clone, Debug)]
-pub struct Toss {
-    /// Name of the interaction.
-    pub name: String,
-    /// It may not be used to fit.
-    pub held_out: bool,
-    /// s.
-    pub time: Vec<f64>,
-    /// `O`, world, m.
-    pub place: Vec<Vector3<f64>>,
-    /// World-from-root.
-    pub turn: Vec<UnitQuaternion<f64>>,
-    /// rad; zero without a hinge.
-    pub angle: Vec<f64>,
-}
-
-/// Noise of the tracks, one standard deviation.
-#[derive(Clone, Copy, Debug)]
-pub struct Level {
-    /// m.
-    pub place: f64,
-    /// rad.
-    pub turn: f64,
-    /// Of the hinge's angle, rad.
-    pub angle: f64,
-}
+use crate::physics::{Landing, State, Thrown};
 
 /// What simulates a body under given conditions, with the noise that it is held against.
 #[derive(Clone, Debug)]
@@ -57,7 +30,26 @@ impl Simulated {
     pub fn new(body: &Body, at: &Conditions, level: &Level) -> Self {
         let (thrown, land) = body.thrown(at);
         let (level, reach, lying) = (*level, body.reach(), at.lying - at.rise);
-        Self { thrown, land, level, reach, lying }
+        Self {
+            thrown,
+            land,
+            level,
+            reach,
+            lying,
+        }
+    }
+}
+
+impl Window {
+    /// Where it lands: nowhere in flight, whatever a start that is still far off would run into; else on the support,
+    /// which is where the corners are that bear a body that touches at the start.
+    pub fn land(&self, by: &Simulated) -> Landing {
+        let height = match self.scene {
+            Scene::Flight => f64::NEG_INFINITY,
+            _ if self.touches => by.land.height + by.thrown.bearing(&self.start, &by.land, by.level.uneven),
+            _ => by.land.height,
+        };
+        Landing { height, ..by.land }
     }
 }
 
@@ -85,12 +77,13 @@ pub struct Window {
     pub start: State,
     /// What it shows.
     pub scene: Scene,
+    /// It touches at the start: the support is where its lowest corner is.
+    pub touches: bool,
     /// Standard deviation of velocity, spin and the hinge's rate at the start, m/s and rad/s.
     pub doubt: [f64; 3],
 }
 
-/// Span from which a state is read, and over which it is foretold, s; fewest rows of each.
-const BACK: (f64, usize) = (0.034, 6);
+/// Span over which a window foretells, s, and its fewest rows.
 const AHEAD: (f64, usize) = (0.068, 5);
 /// Most rows of a window that are compared.
 const COMPARED: usize = 12;
@@ -115,104 +108,16 @@ const FALLS: std::ops::Range<f64> = 0.6..1.4;
 /// The same of the hinge of a body that swings about it.
 const SWINGS: std::ops::Range<f64> = 0.4..1.8;
 
-/// Rows `from..=to` of a toss as polynomials about row `at`: value and slope of place, rotation vector from `at`'s
-/// orientation, and angle; with the root mean square of what is left of place and rotation.
-struct Local {
-    value: [f64; 7],
-    slope: [f64; 7],
-    left: [f64; 3],
-}
-
-fn local(toss: &Toss, rows: std::ops::RangeInclusive<usize>, at: usize, degree: usize, known: &[f64; 7]) -> Option<Local> {
-    let n = rows.clone().count();
-    let t0 = toss.time[at];
-    let base = toss.turn[at].inverse();
-    let time: Vec<f64> = rows.clone().map(|j| toss.time[j] - t0).collect();
-    let a = DMatrix::from_fn(n, degree + 1, |i, j| time[i].powi(j as i32));
-    let first = *rows.start();
-    let b = DMatrix::from_fn(n, 7, |i, k| {
-        let j = first + i;
-        let raw = match k {
-            0..=2 => toss.place[j][k],
-            3..=5 => (toss.turn[j] * base).scaled_axis()[k - 3],
-            _ => toss.angle[j],
-        };
-        raw - 0.5 * known[k] * time[i] * time[i]
-    });
-    let x = nalgebra::Cholesky::new(a.transpose() * &a)?.solve(&(a.transpose() * &b));
-    let rest = &b - &a * &x;
-    let freedom = n.saturating_sub(degree + 1).max(1) as f64;
-    let rms = |from: usize, count: usize| (rest.columns(from, count).norm_squared() / freedom / count as f64).sqrt();
-    Some(Local {
-        value: std::array::from_fn(|k| x[(0, k)]),
-        slope: std::array::from_fn(|k| x[(1, k)]),
-        left: [rms(0, 3), rms(3, 3), rms(6, 1)],
-    })
-}
-
-fn state_of(fit: &Local, turn: &UnitQuaternion<f64>) -> State {
-    let v = &fit.value;
-    State {
-        place: Vector3::new(v[0], v[1], v[2]),
-        turn: UnitQuaternion::from_scaled_axis(Vector3::new(v[3], v[4], v[5])) * turn,
-        angle: v[6],
-        velocity: Velocity::from_row_slice(&fit.slope),
-    }
-}
-
-impl Toss {
-    /// The pose of a row, at rest.
-    pub fn state(&self, row: usize) -> State {
-        State {
-            place: self.place[row],
-            turn: self.turn[row],
-            angle: self.angle[row],
-            velocity: Velocity::zeros(),
-        }
-    }
-
-    /// How many rows make up a span.
-    fn rows(&self, span: (f64, usize)) -> usize {
-        let n = self.time.len().max(2);
-        let mean = (self.time[n - 1] - self.time[0]) / (n - 1) as f64;
-        ((span.0 / mean.max(1e-6)).round() as usize).max(span.1)
-    }
-
-    /// The state at a row from the rows before it and after it; in flight the curvature is the model's.
-    fn read(&self, rows: std::ops::RangeInclusive<usize>, at: usize, flight: Option<(&Thrown, &Landing)>) -> Option<(State, [f64; 3])> {
-        let Some((thrown, land)) = flight else {
-            let fit = local(self, rows, at, 2, &[0.0; 7])?;
-            return Some((state_of(&fit, &self.turn[at]), fit.left));
-        };
-        let mut known = [0.0; 7];
-        let mut fit = local(self, rows.clone(), at, 1, &known)?;
-        for _ in 0..2 {
-            let state = state_of(&fit, &self.turn[at]);
-            known.copy_from_slice(thrown.free_acceleration(&state, land).as_slice());
-            fit = local(self, rows.clone(), at, 1, &known)?;
-        }
-        Some((state_of(&fit, &self.turn[at]), fit.left))
-    }
-}
-
-/// The noise of the tracks: what a short parabola leaves where the motion is smooth.
-pub fn noise_level(tosses: &[Toss]) -> Level {
-    let (mut place, mut turn, mut angle) = (Vec::new(), Vec::new(), Vec::new());
-    for toss in tosses {
-        let n = toss.rows(BACK);
-        for at in (n..toss.time.len()).step_by(2) {
-            if let Some(fit) = local(toss, at + 1 - n..=at, at, 2, &[0.0; 7]) {
-                place.push(fit.left[0]);
-                turn.push(fit.left[1]);
-                angle.push(fit.left[2]);
-            }
-        }
-    }
-    Level {
-        place: quantile(&place, 0.3).unwrap_or(1e-4).max(1e-5),
-        turn: quantile(&turn, 0.3).unwrap_or(1e-3).max(1e-4),
-        angle: quantile(&angle, 0.5).unwrap_or(1e-3).max(1e-4),
-    }
+/// How unevenly corners stand that bear the body where tosses end at rest, m.
+pub fn unevenness(tosses: &[Toss], thrown: &Thrown, land: &Landing) -> Option<f64> {
+    let one = |(i, toss): (usize, &Toss)| {
+        let clear = clearances(toss, thrown, land);
+        let lies = lying(i, toss, &clear, toss.rows(BACK))?;
+        let state = toss.state(lies.to);
+        Some(thrown.bearing(&state, land, SEAT) - thrown.clearance(&state, land))
+    };
+    let all: Vec<f64> = tosses.iter().enumerate().filter_map(one).collect();
+    quantile(&all, 0.75)
 }
 
 /// Clearance of every row, m.
@@ -231,7 +136,9 @@ pub fn flights(toss: &Toss, clear: &[f64], land: &Landing, level: &Level, swings
     for j in 0..=clear.len() {
         let rough = || {
             let first = (j + 1).saturating_sub(back).max(start);
-            let fit = (j + 1 - first >= 5).then(|| local(toss, first..=j, j, 2, &[0.0; 7])).flatten();
+            let fit = (j + 1 - first >= 5)
+                .then(|| local(toss, first..=j, j, 2, &[0.0; 7]))
+                .flatten();
             fit.is_some_and(|f| f.left[0] > JOLT * level.place || f.left[1] > JOLT * level.turn)
         };
         if j < clear.len() && clear[j] > CLEAR && !rough() {
@@ -265,7 +172,15 @@ pub fn cut(index: usize, toss: &Toss, body: &Body, at: &Conditions, level: &Leve
     let mut out = Vec::new();
     for (from, to) in flights(toss, &clear, land, level, thrown.second.is_some()) {
         if let Some((start, _)) = toss.read(from..=to, from, Some((thrown, land))) {
-            let mut window = Window { toss: index, from, to, start, scene: Scene::Flight, doubt: [0.0; 3] };
+            let mut window = Window {
+                toss: index,
+                from,
+                to,
+                start,
+                scene: Scene::Flight,
+                touches: false,
+                doubt: [0.0; 3],
+            };
             settle(&mut window, toss, &by);
             out.push(window);
         }
@@ -279,7 +194,11 @@ pub fn cut(index: usize, toss: &Toss, body: &Body, at: &Conditions, level: &Leve
         let touches = (at..=at + ahead).any(|j| clear[j] < 0.25 * CLEAR);
         let read = toss.read(rows, at, flies.then_some((thrown, land)));
         let smooth = read.filter(|(s, left)| {
-            let fast = s.velocity.fixed_rows::<3>(0).norm().max(s.velocity.fixed_rows::<3>(3).norm() * body.reach());
+            let fast = s
+                .velocity
+                .fixed_rows::<3>(0)
+                .norm()
+                .max(s.velocity.fixed_rows::<3>(3).norm() * body.reach());
             touches && left[0] < 2.5 * level.place && left[1] < 2.5 * level.turn && fast > SLOW
         });
         let Some((start, _)) = smooth else {
@@ -287,9 +206,21 @@ pub fn cut(index: usize, toss: &Toss, body: &Body, at: &Conditions, level: &Leve
             continue;
         };
         let span = toss.time[at] - toss.time[at + 1 - back];
-        let gain = if flies { (12.0 / back as f64).sqrt() } else { (192.0 / back as f64).sqrt() } / span;
+        let gain = if flies {
+            (12.0 / back as f64).sqrt()
+        } else {
+            (192.0 / back as f64).sqrt()
+        } / span;
         let doubt = [level.place, level.turn, level.angle].map(|l| l * gain);
-        touching.push(Window { toss: index, from: at, to: at + ahead, start, scene: Scene::Contact, doubt });
+        touching.push(Window {
+            toss: index,
+            from: at,
+            to: at + ahead,
+            start,
+            scene: Scene::Contact,
+            touches: clear[at] < 0.25 * CLEAR,
+            doubt,
+        });
         at += (back / 2).max(2);
     }
     out.extend(lying(index, toss, &clear, back));
@@ -309,7 +240,15 @@ fn lying(index: usize, toss: &Toss, clear: &[f64], rows: usize) -> Option<Window
     let doubt = [0.0; 3];
     let scene = Scene::Rest;
     let start = toss.state(to);
-    (still && clear[to].abs() < 0.01).then_some(Window { toss: index, from, to, start, scene, doubt })
+    (still && clear[to].abs() < 0.01).then_some(Window {
+        toss: index,
+        from,
+        to,
+        start,
+        scene,
+        touches: true,
+        doubt,
+    })
 }
 
 /// Gauss-Newton on the start of a flight.
@@ -318,7 +257,8 @@ pub fn settle(window: &mut Window, toss: &Toss, by: &Simulated) {
         let here = residual(window, toss, by);
         let columns = start_columns(window, toss, by, &here);
         let r = DVector::from_vec(here);
-        let Some(step) = nalgebra::Cholesky::new(columns.transpose() * &columns).map(|c| c.solve(&(columns.transpose() * r)))
+        let Some(step) =
+            nalgebra::Cholesky::new(columns.transpose() * &columns).map(|c| c.solve(&(columns.transpose() * r)))
         else {
             return;
         };
@@ -351,7 +291,10 @@ pub fn start_columns(window: &Window, toss: &Toss, by: &Simulated, here: &[f64])
         let step = if k < 6 || k == 12 { 1e-4 } else { 1e-3 };
         let mut shift = DVector::zeros(count);
         shift[k] = step;
-        let other = Window { start: moved(&window.start, &shift), ..window.clone() };
+        let other = Window {
+            start: moved(&window.start, &shift),
+            ..window.clone()
+        };
         let there = residual(&other, toss, by);
         for (i, (a, b)) in there.iter().zip(here).enumerate() {
             out[(i, k)] = (a - b) / step;
@@ -362,21 +305,35 @@ pub fn start_columns(window: &Window, toss: &Toss, by: &Simulated, here: &[f64])
 
 /// Foretold less measured over their standard deviation, row by row: place, rotation, and the hinge's angle.
 pub fn residual(window: &Window, toss: &Toss, by: &Simulated) -> Vec<f64> {
-    let Simulated { thrown, land, level, reach, lying } = by;
+    let Simulated {
+        thrown,
+        land,
+        level,
+        reach,
+        lying,
+    } = by;
     if window.scene == Scene::Rest {
         return vec![(thrown.seat(&toss.state(window.to), land, SEAT) - lying) / level.place.hypot(LYING)];
     }
     let last = window.to - window.from;
-    let every = if window.scene == Scene::Flight { 1 } else { last.div_ceil(COMPARED).max(1) };
-    let rows: Vec<usize> = (0..=last).rev().step_by(every).collect::<Vec<_>>().into_iter().rev().collect();
+    let every = if window.scene == Scene::Flight {
+        1
+    } else {
+        last.div_ceil(COMPARED).max(1)
+    };
+    let rows: Vec<usize> = (0..=last)
+        .rev()
+        .step_by(every)
+        .collect::<Vec<_>>()
+        .into_iter()
+        .rev()
+        .collect();
     let from_start = rows.first() == Some(&0);
     let mut times: Vec<f64> = rows.iter().map(|k| toss.time[window.from + k]).collect();
     if !from_start {
         times.insert(0, toss.time[window.from]);
     }
-    // Nothing touches in flight, whatever a start that is still far off would run into.
-    let nowhere = Landing { height: f64::NEG_INFINITY, ..*land };
-    let land = if window.scene == Scene::Flight { &nowhere } else { land };
+    let land = &window.land(by);
     let states = thrown.fly(&window.start, land, &times, STEP);
     let mut out = Vec::with_capacity(7 * rows.len());
     let skip = if from_start { 0 } else { 1 };
@@ -407,7 +364,15 @@ pub fn flight_of(toss: &Toss, by: &Simulated) -> Option<((usize, usize), State)>
     let half = from + (to - from).div_ceil(2).max(5);
     let (start, _) = toss.read(from..=half.min(to), from, Some((&by.thrown, &by.land)))?;
     let doubt = [0.0; 3];
-    let mut window = Window { toss: 0, from, to: half.min(to), start, scene: Scene::Flight, doubt };
+    let mut window = Window {
+        toss: 0,
+        from,
+        to: half.min(to),
+        start,
+        scene: Scene::Flight,
+        touches: false,
+        doubt,
+    };
     settle(&mut window, toss, by);
     Some(((from, to), window.start))
 }

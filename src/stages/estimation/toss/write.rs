@@ -16,6 +16,13 @@ use crate::twin::{Joint, Link, Model, Tossed, Twin};
 pub const METHOD: &str = "toss-windows";
 /// A number is measured where its doubt is less than this share of the prior's.
 const TOLD: f64 = 0.5;
+/// What the law of impact (Newton's restitution, Coulomb's cone, all corners at once) leaves open: absolute, and as a share
+/// of the value. Against a simulator of compliant contacts (docs/BENCHMARKS.md).
+const FORM: [(&str, f64, f64); 3] = [
+    ("restitution", 0.02, 0.03),
+    ("friction", 0.0, 0.03),
+    ("inertia", 0.03, 0.0),
+];
 /// How far a carved shape's centre may be from that of its mass, m; and one that was seen.
 const CARVED: f64 = 0.03;
 const SEEN: f64 = 0.01;
@@ -39,23 +46,42 @@ impl Result<'_> {
         let k = self.at(name)?;
         let sd = self.fitted.covariance[(k, k)].max(0.0).sqrt();
         let t = t_quantile(0.975, (self.fitted.tosses as f64 - 1.0).max(1.0));
-        Some(((self.sought[k].get)(&self.fitted.at), sd, t * sd))
+        let value = (self.sought[k].get)(&self.fitted.at);
+        // The law of impact is a model: its own error does not fall with the number of tosses.
+        let form = FORM
+            .iter()
+            .find(|f| f.0 == name)
+            .map_or(0.0, |f| f.1.hypot(f.2 * value));
+        Some((value, sd.hypot(form), (t * sd).hypot(1.96 * form)))
     }
 
     fn from(&self, scenes: &[Scene]) -> Vec<String> {
-        let used = |i: &usize| self.study.windows.iter().any(|w| w.toss == *i && scenes.contains(&w.scene));
+        let used = |i: &usize| {
+            self.study
+                .windows
+                .iter()
+                .any(|w| w.toss == *i && scenes.contains(&w.scene))
+        };
         let each = (0..self.study.tosses.len()).filter(used);
         each.map(|i| self.study.tosses[i].name.clone()).collect()
     }
 
     /// An estimate within `range`, as `map` turns the number that was sought into it (and is rising); assumed where the
     /// prior says nearly as much.
-    fn estimate(&self, name: &str, unit: &str, range: [f64; 2], scenes: &[Scene], map: impl Fn(f64) -> f64) -> Option<Estimate> {
+    fn estimate(
+        &self,
+        name: &str,
+        unit: &str,
+        range: [f64; 2],
+        scenes: &[Scene],
+        map: impl Fn(f64) -> f64,
+    ) -> Option<Estimate> {
         let (value, sd, half) = self.value(name)?;
         let prior = self.sought[self.at(name)?].prior.1;
         let ends = [value - half, value + half].map(|x| map(x).clamp(range[0], range[1]));
         let slope = (map(value + 1e-6) - map(value - 1e-6)) / 2e-6;
-        let mut out = Estimate::measured(map(value), (slope * sd).abs(), unit, self.from(scenes), METHOD).with_interval(ends);
+        let mut out =
+            Estimate::measured(map(value), (slope * sd).abs(), unit, self.from(scenes), METHOD).with_interval(ends);
         if sd > TOLD * prior {
             out.status = Status::Assumed;
         }
@@ -63,6 +89,8 @@ impl Result<'_> {
     }
 }
 
+const CENTRE: [&str; 3] = ["centre-x", "centre-y", "centre-z"];
+const SECOND: [&str; 3] = ["second-x", "second-y", "second-z"];
 const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
 const CONTACTS: [Scene; 1] = [Scene::Contact];
@@ -73,13 +101,17 @@ pub(crate) fn identify_tosses(capture: &Capture, model: &mut Model, notices: &mu
     for subject in subjects(capture, model, false) {
         let mut study = subject.study.clone();
         let fitted = match &subject.second {
-            None => study.fit(&start(), &rigid()).map(|f| vec![(rigid(), f)]),
+            None => study.fit_twice(&start(), &rigid()).map(|f| vec![(rigid(), f)]),
             Some(_) => fit_hinged(&mut study, subject.carved),
         };
         let Some(all) = fitted else { continue };
         let results: Vec<Result> = all
             .into_iter()
-            .map(|(sought, fitted)| Result { sought, fitted, study: &study })
+            .map(|(sought, fitted)| Result {
+                sought,
+                fitted,
+                study: &study,
+            })
             .collect();
         for result in &results {
             write(&mut model.twin, &subject, result, capture);
@@ -105,7 +137,18 @@ fn write(twin: &mut Twin, subject: &Subject, result: &Result, capture: &Capture)
     if let Some(link) = twin.link_mut(&subject.root) {
         write_link(link, subject, result, capture);
     }
-    if let Some((_, joint)) = &subject.second {
+    if let Some((second, joint)) = &subject.second {
+        if let Some(link) = twin.link_mut(second) {
+            let mut tossed = link.tossed.take().unwrap_or_default();
+            let spread = [
+                "second-spread-xx",
+                "second-spread-yy",
+                "second-spread-zz",
+                "second-spread-xy",
+            ];
+            write_spread(&mut tossed, result, SECOND, spread);
+            link.tossed = Some(tossed);
+        }
         let mass = subject_mass(twin, subject);
         let joints = twin.bodies.iter_mut().flat_map(|b| &mut b.joints);
         if let Some(joint) = joints.into_iter().find(|j| j.name == *joint) {
@@ -138,23 +181,72 @@ fn write_link(link: &mut Link, subject: &Subject, result: &Result, capture: &Cap
         experiment: "move the body along a ruler, and film a clock".into(),
     };
     set(&mut tossed.gravity, gravity.map(|e| e.with_confounded(shared)));
-    set(&mut tossed.inertia_ratio, result.estimate("inertia", "1", POSITIVE, &CONTACTS, f64::exp));
-    set(&mut tossed.edge_radius, result.estimate("rounding", "m", POSITIVE, &CONTACTS, |x| x));
-    set(&mut tossed.resting_height, result.estimate("lying", "m", ANY, &[Scene::Rest], |x| x));
-    set(&mut tossed.support_rise, result.estimate("rise", "m", ANY, &CONTACTS, |x| x));
-    set(&mut tossed.air_drag, result.estimate("drag", "1/m", POSITIVE, &FLIGHTS, |x| x));
-    set(&mut tossed.hinge_friction, result.estimate("hinge-friction", "N·m/kg", POSITIVE, &FLIGHTS, |x| x));
-    set(&mut tossed.hinge_damping, result.estimate("hinge-damping", "N·m·s/(rad·kg)", POSITIVE, &FLIGHTS, |x| x));
+    set(
+        &mut tossed.inertia_ratio,
+        result.estimate("inertia", "1", POSITIVE, &CONTACTS, f64::exp),
+    );
+    set(
+        &mut tossed.edge_radius,
+        result.estimate("rounding", "m", POSITIVE, &CONTACTS, |x| x),
+    );
+    set(
+        &mut tossed.resting_height,
+        result.estimate("lying", "m", ANY, &[Scene::Rest], |x| x),
+    );
+    set(
+        &mut tossed.support_rise,
+        result.estimate("rise", "m", ANY, &CONTACTS, |x| x),
+    );
+    set(
+        &mut tossed.air_drag,
+        result.estimate("drag", "1/m", POSITIVE, &FLIGHTS, |x| x),
+    );
+    set(
+        &mut tossed.hinge_friction,
+        result.estimate("hinge-friction", "N·m/kg", POSITIVE, &FLIGHTS, |x| x),
+    );
+    set(
+        &mut tossed.hinge_damping,
+        result.estimate("hinge-damping", "N·m·s/(rad·kg)", POSITIVE, &FLIGHTS, |x| x),
+    );
+    write_spread(
+        &mut tossed,
+        result,
+        CENTRE,
+        ["spread-xx", "spread-yy", "spread-zz", "spread-xy"],
+    );
     if subject.second.is_none() {
         write_mass(link, subject, result, &tossed);
     }
     link.tossed = Some(tossed);
 }
 
+/// Where the mass of a link is: names of the three numbers of its centre and of those of its spread that are sought.
+fn write_spread(tossed: &mut Tossed, result: &Result, centre: [&str; 3], spread: [&str; 4]) {
+    let values = |names: &[&str]| {
+        names
+            .iter()
+            .map(|n| result.value(n))
+            .collect::<Option<Vec<(f64, f64, f64)>>>()
+    };
+    if let Some(v) = values(&centre) {
+        let (value, sd) = (std::array::from_fn(|k| v[k].0), std::array::from_fn(|k| v[k].1));
+        let ends = std::array::from_fn(|k| [v[k].0 - v[k].2, v[k].0 + v[k].2]);
+        let from = result.from(&FLIGHTS);
+        tossed.centre_offset = Some(Estimate::measured(value, sd, "m", from, METHOD).with_interval(ends));
+    }
+    if let Some(v) = values(&spread) {
+        let pick = |f: fn(&(f64, f64, f64)) -> f64, open: f64| [f(&v[0]), f(&v[1]), f(&v[2]), f(&v[3]), open, open];
+        // The prior says as much as the flights.
+        let mut out = Estimate::assumed(pick(|x| x.0, 0.0), pick(|x| x.1, 0.5), "1", METHOD);
+        out.from = result.from(&FLIGHTS);
+        tossed.spread = Some(out);
+    }
+}
+
 /// Centre of mass and inertia, where the tosses know them better than the shape.
 fn write_mass(link: &mut Link, subject: &Subject, result: &Result, tossed: &Tossed) {
-    let names = ["centre-x", "centre-y", "centre-z"];
-    let all: Option<Vec<(f64, f64, f64)>> = names.iter().map(|n| result.value(n)).collect();
+    let all: Option<Vec<(f64, f64, f64)>> = CENTRE.iter().map(|n| result.value(n)).collect();
     let open = link.com.as_ref().is_none_or(|c| !c.is_measured());
     if let Some(all) = all.filter(|a| open && a.iter().all(|v| v.1 < CENTRED)) {
         let value: [f64; 3] = std::array::from_fn(|k| subject.origin[k] + all[k].0);
@@ -189,7 +281,12 @@ fn write_joint(joint: &mut Joint, result: &Result, mass: Option<f64>) {
             out.status = Status::Assumed;
             out = out.with_confounded(Confounded {
                 with: vec!["mass".into()],
-                known: format!("over the mass of both links: {:.5} ± {:.5} {}; a mass of 1 kg stands in", over.value, over.sd.unwrap_or(0.0), units[0]),
+                known: format!(
+                    "over the mass of both links: {:.5} ± {:.5} {}; a mass of 1 kg stands in",
+                    over.value,
+                    over.sd.unwrap_or(0.0),
+                    units[0]
+                ),
                 experiment: "weigh it".into(),
             });
         }
@@ -229,7 +326,9 @@ fn say(twin: &Twin, subject: &Subject, results: &[Result], notices: &mut Notices
 /// The conditions under which the twin has a body fly and land.
 pub fn conditions_of(twin: &Twin, subject: &Subject) -> Conditions {
     let mut at = start();
-    let Some(link) = twin.link(&subject.root) else { return at };
+    let Some(link) = twin.link(&subject.root) else {
+        return at;
+    };
     let read = |slot: &mut f64, e: Option<&Estimate>| {
         if let Some(e) = e {
             *slot = e.value;
@@ -248,8 +347,20 @@ pub fn conditions_of(twin: &Twin, subject: &Subject) -> Conditions {
         read(&mut at.hinge_friction, t.hinge_friction.as_ref());
         read(&mut at.hinge_damping, t.hinge_damping.as_ref());
     }
-    if let (Some(com), None) = (link.com.as_ref().filter(|c| c.method == METHOD), &subject.second) {
-        at.centre = Vector3::from(com.value) - subject.origin.coords;
+    let own = |name: &str| twin.link(name).and_then(|l| l.tossed.as_ref());
+    if let Some(tossed) = own(&subject.root) {
+        at.centre = tossed
+            .centre_offset
+            .as_ref()
+            .map_or_else(Vector3::zeros, |e| e.value.into());
+        at.spread[0] = tossed.spread.as_ref().map_or([0.0; 6], |e| e.value);
+    }
+    if let Some(tossed) = subject.second.as_ref().and_then(|(name, _)| own(name)) {
+        at.second_centre = tossed
+            .centre_offset
+            .as_ref()
+            .map_or_else(Vector3::zeros, |e| e.value.into());
+        at.spread[1] = tossed.spread.as_ref().map_or([0.0; 6], |e| e.value);
     }
     at
 }

@@ -2,8 +2,7 @@
 
 The box flies, strikes a table, tumbles, slides and comes to rest. MuJoCo has no coefficient of restitution: contacts are
 stiff springs with a damping from the wanted coefficient, and what is called the truth is what a ball of the same contact
-measures when it is dropped in the same world. Friction is MuJoCo's elliptic cone, which
-sticks within 0.3 ms.
+measures when it is dropped in the same world. Friction is MuJoCo's elliptic cone.
 """
 import numpy as np
 import mujoco
@@ -44,7 +43,7 @@ def xml(geom, inertial, friction, restitution, gravity, tilt):
 <worldbody><geom name="table" type="plane" size="5 5 0.1" quat="{quat}"/>
 <body name="box" pos="0 0 1"><freejoint/>{inertial}{geom}</body></worldbody>
 <contact><pair geom1="table" geom2="shape" condim="3" friction="{friction} {friction} 0 0 0" solref="{solref(restitution)}"
- solreffriction="0.0003 1" solimp="0.99 0.99 0.0005"/></contact></mujoco>"""
+ solimp="0.99 0.99 0.0005"/></contact></mujoco>"""
 
 
 def measured_restitution(restitution, friction):

@@ -17,7 +17,8 @@ use crate::twin::{Evidence, Model};
 /// Kinds of channels: place and turn in flight, place and turn about contacts, height at rest.
 const KINDS: usize = 5;
 const REST: usize = 4;
-/// Contacts that are worse than the typical one by this factor count less.
+/// Windows whose mean square is worse than the typical one by this factor count less: something happened there that no
+/// law is about.
 const ODD: f64 = 4.0;
 
 /// Numbers that a carved shape leaves to the fit.
@@ -103,22 +104,20 @@ impl Tosses {
 
     fn gather(&mut self, rows: &[TossRow]) {
         let study = &self.subject.study;
-        let contacts = rows
-            .iter()
-            .zip(&study.windows)
-            .filter(|(_, w)| w.scene == TossScene::Contact);
-        let squares: Vec<f64> = contacts.map(|(r, _)| mean_square(r)).collect();
-        let typical = median(&squares).unwrap_or(1.0);
+        let typical = [TossScene::Flight, TossScene::Contact, TossScene::Rest].map(|scene| {
+            let own = rows.iter().zip(&study.windows).filter(|(_, w)| w.scene == scene);
+            median(&own.map(|(r, _)| mean_square(r)).collect::<Vec<f64>>()).unwrap_or(1.0)
+        });
         let mut all: BTreeMap<usize, Gathered> = BTreeMap::new();
         let width = if study.body.second.is_some() { 7 } else { 6 };
         for (row, window) in rows.iter().zip(&study.windows) {
             let to = all.entry(window.toss).or_default();
-            let odd = (mean_square(row) / typical / ODD - 1.0).max(0.0).sqrt();
+            let own = typical[window.scene as usize].max(1e-9);
+            let odd = (mean_square(row) / ODD - own).max(0.0).sqrt();
             match window.scene {
                 TossScene::Rest => to.add(row, REST, &[0], self.sheet.kinds[REST].sigma, 0.0),
                 scene => {
                     let first = if scene == TossScene::Flight { 0 } else { 2 };
-                    let aside = if scene == TossScene::Flight { 0.0 } else { odd };
                     for c in 0..width {
                         let kind = first + usize::from(c >= 3);
                         let mut picked: Vec<usize> = (c..row.residual.len()).step_by(width).collect();
@@ -126,7 +125,7 @@ impl Tosses {
                             // What is left of a contact is the error of the model, the same over the whole window.
                             picked.drain(..picked.len().saturating_sub(1));
                         }
-                        to.add(row, kind, &picked, self.sheet.kinds[kind].sigma, aside);
+                        to.add(row, kind, &picked, self.sheet.kinds[kind].sigma, odd);
                     }
                 }
             }
@@ -248,7 +247,7 @@ impl Tosses {
             residual: format!("angle of the hinge of {}", self.subject.root),
             test: "paired t over tosses, logarithm of the ratio of errors".into(),
             statistic,
-            p_value: (2.0 * t_tail(statistic.abs(), (n - 1.0).max(1.0))).min(1.0),
+            p_value: t_tail(statistic, (n - 1.0).max(1.0)),
             words,
         })
     }

@@ -1,6 +1,6 @@
 //! Impacts and contacts of a body that tumbles: which corners touch, with what impulses, and the steps in time.
 
-use nalgebra::{Matrix3, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{Matrix2, Matrix3, SMatrix, UnitQuaternion, Vector2, Vector3};
 
 use super::tumble::{HINGE, Landing, Mass, Rows, State, Thrown, Velocity};
 
@@ -47,12 +47,28 @@ impl Thrown {
         self.corners(s, land).map(|c| c.0).fold(f64::INFINITY, f64::min)
     }
 
-    /// Mean height over the support of the corners within `within` of the lowest, m: of those that bear it.
-    pub fn seat(&self, s: &State, land: &Landing, within: f64) -> f64 {
+    /// The plane through the corners within `within` of the lowest, those that bear a body which lies: its mean height over
+    /// the support, m, and its slope along x and y, rad (zero where fewer than three corners bear it).
+    pub fn seat(&self, s: &State, land: &Landing, within: f64) -> [f64; 3] {
         let lowest = self.clearance(s, land);
-        let near = self.corners(s, land).filter(|c| c.0 < lowest + within);
-        let (sum, count) = near.fold((0.0, 0.0f64), |(sum, n), c| (sum + c.0, n + 1.0));
-        sum / count.max(1.0)
+        let near: Vec<(f64, Vector3<f64>)> = self
+            .corners(s, land)
+            .filter(|c| c.0 < lowest + within)
+            .map(|c| (c.0, c.1))
+            .collect();
+        let n = near.len().max(1) as f64;
+        let height = near.iter().map(|c| c.0).sum::<f64>() / n;
+        let middle = near.iter().map(|c| c.1).sum::<Vector3<f64>>() / n;
+        let (mut square, mut slope) = (Matrix2::zeros(), Vector2::zeros());
+        for (h, r) in &near {
+            let away = Vector2::new(r.x - middle.x, r.y - middle.y);
+            square += away * away.transpose();
+            slope += away * (h - height);
+        }
+        let flat = square.symmetric_eigenvalues().min() > n * within * within * 0.25;
+        let solved = square.try_inverse().filter(|_| near.len() >= 3 && flat);
+        let slope = solved.map_or_else(Vector2::zeros, |inverse| inverse * slope);
+        [height, slope.x, slope.y]
     }
 
     /// Height over the support of the highest of the corners within `within` of the lowest, m.

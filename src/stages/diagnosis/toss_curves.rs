@@ -82,10 +82,14 @@ fn pose(subject: &Subject, s: &State) -> Pose {
 /// What is foretold at the end of each short window about a contact.
 fn windows(trace: &mut Trace, subject: &Subject, index: usize, toss: &Toss, by: &Simulated) {
     let all = subject.study.windows.iter();
+    let mut doubt: f64 = 0.0;
     let ends: Vec<(usize, State)> = all
         .filter(|w| w.toss == index && w.scene == TossScene::Contact)
         .filter_map(|w| {
             let times = [toss.time[w.from], toss.time[w.to]];
+            let span = times[1] - times[0];
+            let own = (w.doubt[0] * span).hypot(w.doubt[1] * span * by.reach);
+            doubt = doubt.max(own.hypot(by.level.place));
             let states = by.thrown.fly(&w.start, &w.land(by), &times, STEP);
             Some((w.to, *states.last()?))
         })
@@ -100,7 +104,8 @@ fn windows(trace: &mut Trace, subject: &Subject, index: usize, toss: &Toss, by: 
             time: ends.iter().map(|e| toss.time[e.0]).collect(),
             measured: ends.iter().map(|e| toss.place[e.0][k]).collect(),
             predicted: ends.iter().map(|e| e.1.place[k]).collect(),
-            noise: Some(by.level.place),
+            // What the track leaves open of where the window starts is noise too.
+            noise: Some(doubt),
         });
     }
 }

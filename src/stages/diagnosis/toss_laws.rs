@@ -2,11 +2,22 @@
 //! tracks it.
 
 use super::family::{Law, Parameter};
-use crate::stages::estimation::{Conditions, Sought, sought_of_tosses};
+use crate::stages::estimation::{Conditions, Sought, sought_of_flights, sought_of_tosses};
+
+/// How far a carved shape's centre may be from that of its mass, m.
+const CARVED: f64 = 0.03;
 
 /// Numbers of the conditions that laws move, after those that the plain model has.
-pub fn movable() -> Vec<Sought> {
+pub fn movable(hinged: bool) -> Vec<Sought> {
     let mut all = sought_of_tosses();
+    if hinged {
+        let known: Vec<&str> = all.iter().map(|s| s.name).collect();
+        let more = sought_of_flights(CARVED);
+        all.extend(
+            more.into_iter()
+                .filter(|s| !known.contains(&s.name) && !s.name.starts_with("hinge")),
+        );
+    }
     let wide = (-10.0, 10.0);
     let of = |name, step, get: fn(&Conditions) -> f64, set: fn(&mut Conditions, f64)| Sought {
         name,
@@ -17,6 +28,11 @@ pub fn movable() -> Vec<Sought> {
         set,
     };
     all.extend([
+        // The mesh alone is larger: lengths of the track and gravity are right.
+        Sought {
+            prior: (0.0, SIZE),
+            ..of("size", 2e-3, |c| c.size, |c, x| c.size = x)
+        },
         of("scale", 2e-3, |c| c.scale, |c, x| c.scale = x),
         of(
             "gravity-tilt-x",
@@ -56,16 +72,55 @@ pub fn movable() -> Vec<Sought> {
     all
 }
 
-/// What the plain model of a toss is free in: the last is of a hinge.
-const BASE: [&str; 7] = [
+/// What the plain model of a toss is free in.
+const BASE: [&str; 8] = [
     "restitution",
     "friction",
     "rounding",
     "rise",
     "lying",
+    "size",
     "drag",
-    "hinge-friction",
+    "inertia",
 ];
+
+/// The plain model's parameters; of a shape that was carved from the tosses nobody knows where its mass is.
+pub fn base(hinged: bool, carved: bool) -> Vec<Parameter> {
+    let all = movable(hinged);
+    let own = |name: &str| {
+        let s = all.iter().find(|s| s.name == name)?;
+        let sd = match name {
+            "rise" => SURFACE,
+            "lying" => LYING,
+            "inertia" if !carved => IMPACT,
+            _ => s.prior.1,
+        };
+        Some(parameter(s, sd))
+    };
+    let mut out: Vec<Parameter> = BASE.iter().filter_map(|name| own(name)).collect();
+    if hinged || carved {
+        let open = all
+            .iter()
+            .filter(|s| s.name.contains("centre") || s.name.contains("second") || s.name.contains("spread"));
+        out.extend(open.map(|s| parameter(s, s.prior.1)));
+    }
+    if hinged {
+        out.extend(own("hinge-friction"));
+    }
+    out
+}
+
+fn parameter(s: &Sought, sd: f64) -> Parameter {
+    Parameter {
+        name: s.name,
+        unit: unit_of(s.name),
+        centre: s.prior.0,
+        sd,
+        low: s.range.0,
+        high: s.range.1,
+        log: false,
+    }
+}
 
 /// How well a capture says where the surfaces of body and support are, m; and how much lower or higher a body lies than it
 /// strikes.
@@ -73,44 +128,17 @@ const SURFACE: f64 = 5e-4;
 const LYING: f64 = 2e-4;
 /// How far the law of impact itself may be off, as a logarithm of the inertia that it seems to show: Newton's restitution
 /// at corners that strike together is a model.
-const IMPACT: f64 = 0.05;
+const IMPACT: f64 = 0.065;
+/// How far the size of the mesh may be off, as a share.
+const SIZE: f64 = 0.01;
 
 fn unit_of(name: &str) -> &'static str {
     match name {
-        "restitution" | "friction" | "inertia" => "1",
+        "restitution" | "friction" | "inertia" | "size" => "1",
         "drag" => "1/m",
         "hinge-friction" => "N·m/kg",
         _ => "m",
     }
-}
-
-/// The plain model's parameters.
-pub fn base(hinged: bool) -> Vec<Parameter> {
-    let all = movable();
-    let one = |name: &&'static str| {
-        let s = all.iter().find(|s| s.name == *name)?;
-        let sd = match *name {
-            "rise" => SURFACE,
-            "lying" => LYING,
-            "inertia" => IMPACT,
-            _ => s.prior.1,
-        };
-        Some(Parameter {
-            name: s.name,
-            unit: if matches!(*name, "restitution" | "friction") {
-                "1"
-            } else {
-                "m"
-            },
-            centre: s.prior.0,
-            sd,
-            low: s.range.0,
-            high: s.range.1,
-            log: false,
-        })
-    };
-    let count = BASE.len() - usize::from(!hinged);
-    BASE[..count].iter().filter_map(one).collect()
 }
 
 /// A law, with the numbers that it moves: for each of its parameters, which numbers by how much.

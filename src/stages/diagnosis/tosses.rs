@@ -14,15 +14,12 @@ use crate::math::{median, t_tail};
 use crate::stages::estimation::{Conditions, Sought, Subject, TossRow, TossScene, conditions_of, tossed_subjects};
 use crate::twin::{Evidence, Model};
 
-/// Kinds of channels: place and turn in flight, place and turn about contacts, height at rest.
-const KINDS: usize = 5;
+/// Kinds of channels: place and turn in flight, place and turn about contacts, height and slope at rest.
+const KINDS: usize = 6;
 const REST: usize = 4;
 /// Windows whose mean square is worse than the typical one by this factor count less: something happened there that no
 /// law is about.
 const ODD: f64 = 4.0;
-
-/// Numbers that a carved shape leaves to the fit.
-const SHAPE: [&str; 4] = ["inertia", "centre-x", "centre-y", "centre-z"];
 
 /// What differs from toss to toss: name of the number, spread before the data are seen, its floor.
 const SCATTER: [(&str, f64, f64); 7] = [
@@ -64,7 +61,7 @@ struct Gathered {
 impl Tosses {
     fn new(subject: Subject, model: &Model) -> Option<Self> {
         let at = conditions_of(&model.twin, &subject);
-        let sought = movable();
+        let sought = movable(subject.second.is_some());
         let mut subject = subject;
         subject.study.cut(&at, true);
         subject.study.settle(&at);
@@ -85,8 +82,9 @@ impl Tosses {
                 kind(Quantity::Position, level.place),
                 kind(Quantity::Rotation, level.turn),
                 kind(Quantity::Position, level.place.max(5e-5)),
+                kind(Quantity::Rotation, level.turn),
             ],
-            base: base(joint.is_some()),
+            base: base(joint.is_some(), subject.carved),
             scatter: SCATTER.map(scatter).to_vec(),
             laws: laws.iter().map(|l| l.law.clone()).collect(),
         };
@@ -115,7 +113,12 @@ impl Tosses {
             let own = typical[window.scene as usize].max(1e-9);
             let odd = (mean_square(row) / ODD - own).max(0.0).sqrt();
             match window.scene {
-                TossScene::Rest => to.add(row, REST, &[0], self.sheet.kinds[REST].sigma, 0.0),
+                TossScene::Rest => {
+                    to.add(row, REST, &[0], self.sheet.kinds[REST].sigma, 0.0);
+                    for k in 1..row.residual.len() {
+                        to.add(row, REST + 1, &[k], self.sheet.kinds[REST + 1].sigma, 0.0);
+                    }
+                }
                 scene => {
                     let first = if scene == TossScene::Flight { 0 } else { 2 };
                     for c in 0..width {
@@ -156,10 +159,7 @@ impl Tosses {
 
     /// The value of every number under base parameters and laws.
     fn numbers(&self, base: &[f64], active: &[Active]) -> Vec<f64> {
-        let carved = |s: &Sought| self.subject.carved && SHAPE.contains(&s.name);
-        // Of a carved shape, base parameters add to what the fit has.
-        let plain = |s: &Sought| if carved(s) { (s.get)(&self.at) } else { 0.0 };
-        let mut out: Vec<f64> = self.sought.iter().map(plain).collect();
+        let mut out = vec![0.0; self.sought.len()];
         for (parameter, value) in self.sheet.base.iter().zip(base) {
             let Some(k) = self.number(parameter.name) else { continue };
             out[k] += *value;

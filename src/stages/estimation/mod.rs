@@ -42,5 +42,5 @@ pub use materials::{MaterialFriction, material_friction, material_table};
 pub use replay::{replay_push, travel_direction};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
-    conditions_of, flight_of, rigid as sought_of_tosses, subjects as tossed_subjects,
+    conditions_of, flight_of, flying as sought_of_flights, rigid as sought_of_tosses, subjects as tossed_subjects,
 };

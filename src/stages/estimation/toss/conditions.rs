@@ -62,6 +62,8 @@ pub struct Conditions {
     pub gravity_tilt: [f64; 2],
     /// The support turned about the two level axes, rad.
     pub support_tilt: [f64; 2],
+    /// The body over its mesh, less one.
+    pub size: f64,
     /// Tracked lengths over true ones, less one.
     pub scale: f64,
     /// Share by which friction at a standstill exceeds that at speed, and the speed over which it dies out, m/s.
@@ -91,6 +93,7 @@ impl Conditions {
             spread: [[0.0; 6]; 2],
             gravity_tilt: [0.0; 2],
             support_tilt: [0.0; 2],
+            size: 0.0,
             scale: 0.0,
             excess: (0.0, 0.1),
             viscous: 0.0,
@@ -127,7 +130,8 @@ impl Body {
     /// The simulator's view of it. A track whose lengths are `1 + scale` times the true ones shows a body and a
     /// gravity that are larger by as much.
     pub fn thrown(&self, c: &Conditions) -> (Thrown, Landing) {
-        let stretch = 1.0 + c.scale;
+        let lengths = 1.0 + c.scale;
+        let stretch = lengths * (1.0 + c.size);
         let share = if self.second.is_some() { 0.5 } else { 1.0 };
         let part = |solid: &Solid, centre: Vector3<f64>, spread: &[f64; 6]| Part {
             mass: share,
@@ -155,7 +159,7 @@ impl Body {
             rounding: c.rounding,
         };
         let landing = Landing {
-            gravity: turned(&self.gravity, c.gravity_tilt) * ((1.0 + c.gravity) * stretch),
+            gravity: turned(&self.gravity, c.gravity_tilt) * ((1.0 + c.gravity) * lengths),
             normal: Unit::new_normalize(turned(&self.normal, c.support_tilt)),
             height: self.height + c.rise,
             restitution: c.restitution,

@@ -6,13 +6,15 @@ mod fit;
 mod local;
 mod read;
 mod shape;
+mod sought;
 mod windows;
 mod write;
 
 pub use conditions::Conditions;
-pub use fit::{Row, Sought, Study, rigid};
+pub use fit::{Row, Study};
 pub use local::Toss;
 pub use read::{Subject, subjects};
+pub use sought::{Sought, flying, rigid};
 pub use windows::{Scene, Simulated, flight_of};
 pub(super) use write::identify_tosses;
 pub use write::{METHOD, conditions_of};

@@ -60,7 +60,7 @@ pub enum Scene {
     Flight,
     /// An impact, or sliding.
     Contact,
-    /// It lies: how far the corners that bear it are from the support.
+    /// It lies: how far the corners that bear it are from the support, and how they slope against it.
     Rest,
 }
 
@@ -99,6 +99,9 @@ const FORM: f64 = 3e-3;
 /// said to be, m.
 const SEAT: f64 = 5e-3;
 const LYING: f64 = 1e-4;
+/// The same of the slope of a face, rad, and as a share of the body's reach of the height of corners that bear it.
+const SLOPE: f64 = 2e-3;
+const LEVEL: f64 = 0.2;
 /// Noise that a short parabola may leave in flight, in units of what it mostly leaves.
 const JOLT: f64 = 8.0;
 /// Step of the simulation, s.
@@ -313,7 +316,9 @@ pub fn residual(window: &Window, toss: &Toss, by: &Simulated) -> Vec<f64> {
         lying,
     } = by;
     if window.scene == Scene::Rest {
-        return vec![(thrown.seat(&toss.state(window.to), land, SEAT) - lying) / level.place.hypot(LYING)];
+        let [height, x, y] = thrown.seat(&toss.state(window.to), land, SEAT.max(LEVEL * reach));
+        let slope = level.turn.hypot(SLOPE);
+        return vec![(height - lying) / level.place.hypot(LYING), x / slope, y / slope];
     }
     let last = window.to - window.from;
     let every = if window.scene == Scene::Flight {

@@ -3,8 +3,9 @@
 use nalgebra::Vector3;
 
 use super::conditions::Conditions;
-use super::fit::{Fitted, Sought, Study, flying, landing, rigid};
+use super::fit::{Fitted, Study};
 use super::read::{Subject, start, subjects};
+use super::sought::{Sought, flying, landing, rigid};
 use super::windows::Scene;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::Capture;
@@ -21,7 +22,7 @@ const TOLD: f64 = 0.5;
 const FORM: [(&str, f64, f64); 3] = [
     ("restitution", 0.02, 0.03),
     ("friction", 0.0, 0.03),
-    ("inertia", 0.03, 0.0),
+    ("inertia", 0.05, 0.0),
 ];
 /// How far a carved shape's centre may be from that of its mass, m; and one that was seen.
 const CARVED: f64 = 0.03;
@@ -82,7 +83,7 @@ impl Result<'_> {
         let slope = (map(value + 1e-6) - map(value - 1e-6)) / 2e-6;
         let mut out =
             Estimate::measured(map(value), (slope * sd).abs(), unit, self.from(scenes), METHOD).with_interval(ends);
-        if sd > TOLD * prior {
+        if half > TOLD * 1.96 * prior {
             out.status = Status::Assumed;
         }
         Some(out)

@@ -19,6 +19,7 @@ mod joint;
 mod joint_load;
 mod lift;
 mod materials;
+mod next_touch;
 mod parting;
 mod pool;
 mod press;
@@ -39,6 +40,7 @@ pub use config::Config;
 pub use identify::identify;
 pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table};
+pub use next_touch::{NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted};
 pub use replay::{replay_push, travel_direction};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,

@@ -172,6 +172,11 @@ pub trait Family: Sync {
         0
     }
 
+    /// What is known beforehand of how common a law is, nats of evidence: it decides between laws that do as well.
+    fn head_start(&self, _law: usize) -> f64 {
+        0.0
+    }
+
     fn groups(&self) -> &[Group] {
         &self.sheet().groups
     }

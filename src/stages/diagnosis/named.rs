@@ -128,6 +128,11 @@ fn odds(family: &dyn Family, taken: &Taken) -> Vec<CauseOdds> {
     odds
 }
 
+/// The prior of a law as evidence that is as much worth in the odds, nats.
+pub fn head_start(law: &Law) -> f64 {
+    TEMPERATURE * prior(law).ln()
+}
+
 /// Where the same data look the same, the commoner cause is the likelier.
 fn prior(law: &Law) -> f64 {
     match law.cause {

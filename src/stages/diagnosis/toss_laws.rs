@@ -95,7 +95,12 @@ pub fn base(hinged: bool, carved: bool) -> Vec<Parameter> {
             "inertia" if !carved => IMPACT,
             _ => s.prior.1,
         };
-        Some(parameter(s, sd))
+        let mut out = parameter(s, sd);
+        if name == "inertia" && !carved {
+            // Beyond this it is no error of the law of impact.
+            (out.low, out.high) = (-2.0 * IMPACT, 2.0 * IMPACT);
+        }
+        Some(out)
     };
     let mut out: Vec<Parameter> = BASE.iter().filter_map(|name| own(name)).collect();
     if hinged || carved {
@@ -163,9 +168,11 @@ fn law(cause: &'static str, place: &str, amplitudes: Vec<Parameter>, words: &'st
 
 /// Every law that tosses can show.
 pub fn toss_laws(link: &str, joint: Option<&str>, carved: bool) -> Vec<TossLaw> {
-    let mut all = world_laws();
-    // A shape that was carved from the tosses says nothing of its density.
-    all.extend(body_laws(link).into_iter().filter(|l| !carved || l.law.place != link));
+    // Of a shape that was carved from the tosses nobody knows where its mass is: it may fly in any way.
+    let mut all = if carved { Vec::new() } else { world_laws() };
+    if !carved {
+        all.extend(body_laws(link));
+    }
     if let Some(joint) = joint {
         all.push(TossLaw {
             law: law(

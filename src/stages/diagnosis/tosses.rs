@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use super::family::{Active, Channel, ChannelKind, Family, Group, Scatter, Sheet};
 use super::fit::Fit;
+use super::named::head_start;
 use super::toss_laws::{TossLaw, base, movable, toss_laws};
 use super::{Quantity, Trace};
 use crate::capture::Capture;
@@ -324,6 +325,10 @@ impl Family for Tosses {
 
     fn covariates(&self, _group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
         Vec::new()
+    }
+
+    fn head_start(&self, law: usize) -> f64 {
+        head_start(&self.sheet.laws[law])
     }
 
     fn about(&self, law: usize) -> usize {

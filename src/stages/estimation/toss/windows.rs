@@ -232,7 +232,7 @@ pub fn cut(index: usize, toss: &Toss, body: &Body, at: &Conditions, level: &Leve
     out
 }
 
-/// The last rows, where it lies still near the support.
+/// The last rows, where it lies still near the support, which may slope.
 fn lying(index: usize, toss: &Toss, clear: &[f64], rows: usize) -> Option<Window> {
     let to = toss.time.len() - 1;
     let from = (to + 1).checked_sub(rows)?;
@@ -243,7 +243,7 @@ fn lying(index: usize, toss: &Toss, clear: &[f64], rows: usize) -> Option<Window
     let doubt = [0.0; 3];
     let scene = Scene::Rest;
     let start = toss.state(to);
-    (still && clear[to].abs() < 0.01).then_some(Window {
+    (still && clear[to].abs() < 0.05).then_some(Window {
         toss: index,
         from,
         to,

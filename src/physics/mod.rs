@@ -2,6 +2,7 @@
 //! cannot peek at what it must predict.
 
 mod action;
+mod driven;
 mod elastic;
 mod foot;
 mod footprint;
@@ -16,6 +17,7 @@ mod tumble;
 mod tumble_contact;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
+pub use driven::{Driven, predict_driven, predict_driven_with_step};
 pub use elastic::ElasticLaw;
 pub use foot::{Foot, uniform_torsional_radius};
 pub use footprint::Footprint;

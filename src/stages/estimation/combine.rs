@@ -53,8 +53,17 @@ pub(super) fn combine(
 fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
     let alone = facts.weighings.iter().filter(|w| w.along.is_empty());
     let lifts = alone.filter_map(|w| Word::weighed(&w.interaction, (w.mass, w.sd.hypot(2e-3 * w.mass))));
-    let pushes = sliding.trials.iter();
-    let pushes = pushes.filter_map(|(name, (f, sd))| Word::pushed(name, (f / g, sd / g)));
+    let driven = facts.accelerated.iter();
+    let driven = driven.filter_map(|a| Word::weighed(&a.interaction, a.mass));
+    // Where inertia showed, the motion as a whole tells friction better than its steady part.
+    let force = |name: &String, steady: (f64, f64)| {
+        let whole = facts.accelerated.iter().find(|a| a.interaction == *name);
+        whole.map_or(steady, |a| a.friction)
+    };
+    let pushes = sliding.trials.iter().filter_map(|(name, steady)| {
+        let (f, sd) = force(name, *steady);
+        Word::pushed(name, (f / g, sd / g))
+    });
     let tilts = facts
         .slides
         .iter()
@@ -63,7 +72,7 @@ fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
         .coasts
         .iter()
         .filter_map(|c| Word::slid(&c.interaction, c.kinetic));
-    lifts.chain(pushes).chain(tilts).chain(coasts).collect()
+    lifts.chain(driven).chain(pushes).chain(tilts).chain(coasts).collect()
 }
 
 fn prior_of(sliding: &Sliding, before: &Before, config: &Config) -> Prior {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 
 use super::Config;
+use super::accelerate::{Accelerated, accelerated};
 use super::coast::{Coast, Shape, coast_of};
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
@@ -21,6 +22,8 @@ pub(super) struct Facts {
     pub slides: Vec<Slide>,
     /// Ends of pushes in which the link slid on by itself.
     pub coasts: Vec<Coast>,
+    /// Pushes and pulls in which its inertia showed.
+    pub accelerated: Vec<Accelerated>,
     /// Pushes in which the link moved alone.
     pub pushes: Vec<Push>,
     /// Pushes in which other links moved along as one rigid group.
@@ -156,6 +159,11 @@ fn read_one(
             let alone = matches!(company, Company::Alone) && interaction.kind == Kind::Push;
             let coast = shape.filter(|_| alone);
             let coast = coast.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
+            if matches!(company, Company::Alone) {
+                facts
+                    .accelerated
+                    .extend(accelerated(interaction, cut, link, ground, config));
+            }
             let coasted = coast.is_some();
             facts.coasts.extend(coast);
             let Some(push) = read_push(interaction, cut, link, ground, config) else {

@@ -1,5 +1,6 @@
 //! `identify`: mass, friction, centre of mass, inertia, stiffness from what was measured, with intervals.
 
+mod accelerate;
 mod action;
 mod body;
 mod calibrate;

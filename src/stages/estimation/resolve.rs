@@ -129,12 +129,18 @@ pub(super) fn conclude(
     }
 }
 
-/// Mass from weighings in which nothing else came along.
+/// Mass from weighings in which nothing else came along, else from pushes in which inertia showed.
 fn weigh_in(link: &mut Link, facts: &Facts) {
     let alone: Vec<_> = facts.weighings.iter().filter(|w| w.along.is_empty()).collect();
     let trials: Vec<(f64, f64)> = alone.iter().map(|w| (w.mass, w.sd)).collect();
     let from = alone.iter().map(|w| w.interaction.clone()).collect();
     if let Some(mass) = pooled(&trials, 2e-3, 0.0, "kg", from, "lift") {
+        link.mass = Some(mass);
+        return;
+    }
+    let trials: Vec<(f64, f64)> = facts.accelerated.iter().map(|a| a.mass).collect();
+    let from = facts.accelerated.iter().map(|a| a.interaction.clone()).collect();
+    if let Some(mass) = pooled(&trials, 5e-3, 0.0, "kg", from, "accelerated-push") {
         link.mass = Some(mass);
     }
 }

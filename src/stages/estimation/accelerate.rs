@@ -1,0 +1,177 @@
+//! Mass and friction from pushes and pulls that speed a body up and slow it down.
+//!
+//! Output error: the measured force drives a simulated body from an unknown state, and its way is compared with the track;
+//! no acceleration is taken from differences. `F = m a + mu m g`: where `a` varies, both terms show.
+
+use nalgebra::{DVector, Vector2};
+
+use super::Config;
+use super::evidence::{mean_wrench, tare_of};
+use super::facts::Ground;
+use crate::capture::{Interaction, PhaseKind, Segmented};
+use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt};
+use crate::physics::{Driven, predict_driven};
+
+/// What one such push tells: mass, kg, and kinetic friction force, N, with standard deviations.
+#[derive(Clone, Debug)]
+pub(super) struct Accelerated {
+    pub interaction: String,
+    pub mass: (f64, f64),
+    pub friction: (f64, f64),
+}
+
+/// Least share of friction that the inertial force must reach (root mean square) for the mass to be told from it.
+const INERTIAL: f64 = 0.25;
+/// Relative doubt beyond which the mass is not told.
+const WORTH: f64 = 0.15;
+/// Largest turn of the body, rad: more, and its centre and torsion take part.
+const TURN: f64 = 0.12;
+/// Largest misfit, in variances of the track, that still counts as explained.
+const MISFIT: f64 = 12.0;
+/// Relative doubt for every standard deviation of the track by which the law misses beyond noise.
+const FORM: f64 = 0.015;
+/// Delay between force and track that is allowed for (1 sd), s.
+const LATE: f64 = 2e-3;
+/// Rows of the track that are compared at most.
+const MOST: usize = 400;
+
+struct Run {
+    force: Vec<(f64, Vector2<f64>)>,
+    time: Vec<f64>,
+    position: Vec<Vector2<f64>>,
+    noise: f64,
+}
+
+/// Mass and friction of a link that was driven alone; nothing where inertia does not show.
+pub(super) fn accelerated(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    config: &Config,
+) -> Option<Accelerated> {
+    let run = run_of(interaction, segmented, link, ground)?;
+    let fit = fit(&run)?;
+    let (mass, friction) = (fit.x[0].exp(), fit.x[1].exp());
+    let memory = run.position.len() as f64 * 2.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
+    let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - 7.0).max(1.0);
+    let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
+    // What the law leaves unexplained may pull at both numbers in a way that no inflation of noise tells.
+    let form = config.model_form.hypot(FORM * (misfit - 1.0).max(0.0).sqrt());
+    let own = (fit.sd(0) * wide).hypot(form);
+    let inertial = inertia(&run, &fit, mass);
+    let told = own < WORTH && misfit < MISFIT && inertial > INERTIAL * friction;
+    told.then(|| Accelerated {
+        interaction: interaction.name.clone(),
+        mass: (mass, mass * own),
+        friction: (friction, friction * (fit.sd(1) * wide).hypot(form)),
+    })
+}
+
+fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: &Ground) -> Option<Run> {
+    let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
+    let stream = interaction.force.as_ref()?;
+    let start = segmented.of(PhaseKind::Slide).map(|p| p.start).reduce(f64::min)?;
+    // To the end of the track: coasting and standing still under no force obey the same law.
+    let end = *track.time.last()?;
+    let tare = tare_of(interaction, segmented);
+    let plane = &ground.plane;
+    let slope = plane.flat(&ground.gravity).norm() / ground.gravity.norm();
+    let rows: Vec<usize> = (0..track.len())
+        .filter(|&i| {
+            track.time[i] >= start && track.time[i] <= end && track.position[i].coords.iter().all(|x| x.is_finite())
+        })
+        .collect();
+    if rows.len() < 12 || slope > 0.02 {
+        return None;
+    }
+    let turns = rows.iter().filter_map(|&i| track.rotation[i]);
+    let first = turns.clone().next();
+    let turned = first.map_or(0.0, |q| turns.map(|r| (r * q.inverse()).angle()).fold(0.0, f64::max));
+    if turned > TURN {
+        return None;
+    }
+    let step = rows.len().div_ceil(MOST);
+    let rows: Vec<usize> = rows.into_iter().step_by(step).collect();
+    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
+    let half = 0.5 / rate.min(500.0);
+    let force = stream
+        .time
+        .iter()
+        .filter(|t| **t >= start - 0.05 && **t <= end + 0.05)
+        .filter_map(|&t| Some((t, plane.flat(&mean_wrench(stream, t - half, t + half, &tare)?.force))))
+        .collect();
+    Some(Run {
+        force,
+        time: rows.iter().map(|&i| track.time[i]).collect(),
+        position: rows.iter().map(|&i| plane.flat(&track.position[i].coords)).collect(),
+        noise: segmented.position_noise.unwrap_or(3e-4).max(2e-5),
+    })
+}
+
+/// Logarithms of mass and friction, position and velocity at the start, and how much later than the track the force is, s.
+fn fit(run: &Run) -> Option<Fit> {
+    let (first, last) = (run.time[0], run.time[run.time.len() - 1]);
+    let sizes: Vec<f64> = run
+        .force
+        .iter()
+        .filter(|(t, _)| *t >= first && *t <= last)
+        .map(|(_, f)| f.norm())
+        .collect();
+    let typical = crate::math::median(&sizes).filter(|f| *f > 0.0)?;
+    let early = (run.position[3] - run.position[0]) / (run.time[3] - run.time[0]).max(1e-6);
+    let residuals = |x: &DVector<f64>| {
+        let body = Driven {
+            mass: x[0].exp(),
+            friction: x[1].exp(),
+        };
+        let state = (Vector2::new(x[2], x[3]), Vector2::new(x[4], x[5]));
+        let late: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
+        let path = predict_driven(&body, state, &run.force, &late);
+        let misses = path.iter().zip(&run.position).map(|(p, seen)| (seen - p) / run.noise);
+        let mut out: Vec<f64> = misses.flat_map(|m| [m.x, m.y]).collect();
+        out.push(x[6] / LATE);
+        DVector::from_vec(out)
+    };
+    let steps = DVector::from_vec(vec![1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-4]);
+    let settings = Settings {
+        loss: Loss::Huber(2.5),
+        iterations: 60,
+        tolerance: 1e-7,
+    };
+    // Several starts: what is driven hard and what barely moves lie in different basins.
+    let starts = [(0.03, 0.8), (0.1, 0.6), (0.3, 0.4), (0.1, 0.2)];
+    let fits = starts.iter().filter_map(|(per_newton, share)| {
+        let start = DVector::from_vec(vec![
+            (per_newton * typical).ln(),
+            (share * typical).ln(),
+            run.position[0].x,
+            run.position[0].y,
+            early.x,
+            early.y,
+            0.0,
+        ]);
+        levenberg_marquardt(&start, &steps, settings, residuals)
+    });
+    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    best.x.iter().all(|v| v.is_finite()).then_some(best)
+}
+
+/// Root mean square of the inertial force over the run, N, from the fitted motion.
+fn inertia(run: &Run, fit: &Fit, mass: f64) -> f64 {
+    let body = Driven {
+        mass,
+        friction: fit.x[1].exp(),
+    };
+    let state = (Vector2::new(fit.x[2], fit.x[3]), Vector2::new(fit.x[4], fit.x[5]));
+    let path = predict_driven(&body, state, &run.force, &run.time);
+    let mut squares = Vec::new();
+    for k in 1..path.len().saturating_sub(1) {
+        let (a, b) = (run.time[k] - run.time[k - 1], run.time[k + 1] - run.time[k]);
+        if a > 0.0 && b > 0.0 {
+            let change = (path[k + 1] - path[k]) / b - (path[k] - path[k - 1]) / a;
+            squares.push((mass * 2.0 * change / (a + b)).norm_squared());
+        }
+    }
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}

@@ -11,6 +11,7 @@ mod press;
 mod push;
 mod quasistatic;
 mod slide;
+pub mod tabletop;
 mod tilt;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};

@@ -1,0 +1,24 @@
+//! `infer`: friction and what else a thing's motions tell, from where it was before and after a tool moved it.
+
+mod bench;
+mod config;
+mod effects;
+mod gather;
+mod infer;
+mod posterior;
+mod process;
+mod report;
+mod search;
+mod space;
+mod write;
+
+pub use bench::{Bench, Measured};
+pub use config::Config;
+pub use effects::{Effect, Gaussian, energy_distance};
+pub use gather::{gather, holds_snapshots_only};
+pub use infer::infer;
+pub use posterior::{Posterior, posterior};
+pub use process::Process;
+pub use report::{GroupResult, SearchStep, Snapshots, ThingResult};
+pub use search::{Evaluation, Search};
+pub use space::{DIMENSIONS, NAMES, Prior, Scores, Space, UNITS};

@@ -71,10 +71,13 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     }
     clock.lap("relations");
 
-    let diagnosed = if options.runs(Pass::Diagnosis) {
-        diagnosis::diagnose(capture, &segmented, &model, &options.diagnosis, &mut notices)?
-    } else {
-        diagnosis::Diagnosed::skipped()
+    let diagnosed = match &seen_before_and_after {
+        _ if !options.runs(Pass::Diagnosis) => diagnosis::Diagnosed::skipped(),
+        Some(snapshots) if !snapshots.things.is_empty() => diagnosis::Diagnosed {
+            diagnosis: snapshots.diagnosis(),
+            ..diagnosis::Diagnosed::skipped()
+        },
+        _ => diagnosis::diagnose(capture, &segmented, &model, &options.diagnosis, &mut notices)?,
     };
     clock.lap("diagnosis");
 

@@ -21,7 +21,7 @@ STEP = 0.001
 NOISE = 0.001  # m, 1 sd of a measured position
 TOOLS = {
     "stick": dict(shape="cylinder", size=[0.01, 0.08]),
-    "rake": dict(shape="box", size=[0.01, 0.06, 0.03]),
+    "rake": dict(shape="box", size=[0.01, 0.04, 0.03]),
     "hook": dict(shape="sphere", size=[0.015]),
 }
 ACTIONS = {"push": (1, 0), "draw": (-1, 0), "tap_from_left": (0, 1), "tap_from_right": (0, -1)}
@@ -105,7 +105,7 @@ def tool_path(tool, action, centre, reach, height, rng):
     way = np.array([*ACTIONS[action], 0.0])
     side = np.array([-way[1], way[0], 0.0])
     quick = action.startswith("tap")
-    thick = tool["size"][0]
+    thick = tool["size"][0] if tool["shape"] != "box" else abs(way[:2]) @ tool["size"][:2]
     low = {"sphere": tool["size"][0], "box": tool["size"][-1], "cylinder": tool["size"][-1]}[tool["shape"]]
     z = max(low + 0.003, 0.4 * height)
     off = rng.normal(0, 0.15 * reach)
@@ -113,12 +113,12 @@ def tool_path(tool, action, centre, reach, height, rng):
     start[2] = z
     length = 0.04 + reach + (0.02 if quick else 0.08)
     speed = rng.uniform(0.35, 0.6) if quick else rng.uniform(0.2, 0.35)
-    share = np.linspace(0, 1, 41)
-    # Speeds up at once and stops within a short way: the thing goes on by itself.
-    smooth = np.where(share < 0.85, share, 0.85 + 0.15 * (1 - ((1 - share) / 0.15).clip(0, 1) ** 2))
-    smooth = smooth / smooth[-1]
-    times = share * length / speed
-    return times, start + np.outer(smooth, way) * length
+    # Even speed, then a stop within a few hundredths of a second: the thing goes on by itself.
+    stop = 0.03
+    times = np.r_[np.linspace(0, length / speed, 40), length / speed + np.linspace(0.002, stop, 15)]
+    late = (times - length / speed).clip(0)
+    along = speed * (times.clip(0, length / speed) + late - late**2 / (2 * stop))
+    return times, start + np.outer(along, way)
 
 
 def main():

@@ -20,6 +20,31 @@ pub(super) struct Laws {
     pub tool: F,
     pub rolling: F,
     pub restitution: F,
+    /// Bias rate, mass scale and impulse scale of the yielding contact at the tool.
+    pub soft: Soft,
+}
+
+/// A contact that yields as a critically damped spring of time constant `tau`, integrated implicitly (Catto 2011, "Soft
+/// constraints"): the same for a light and a heavy thing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Soft {
+    rate: F,
+    mass: F,
+    impulse: F,
+}
+
+impl Soft {
+    pub(super) fn new(tau: F, h: F) -> Self {
+        let stiff = h / tau;
+        let a1 = all(2.0) + stiff;
+        let a2 = stiff * a1;
+        let a3 = F::ONE / (F::ONE + a2);
+        Self {
+            rate: F::ONE / (tau * a1),
+            mass: a2 * a3,
+            impulse: a3,
+        }
+    }
 }
 
 /// Impulses at the floor, kept from step to step as a first guess.
@@ -127,6 +152,8 @@ pub(super) struct Grip {
     /// Speed along the normal that is asked for at least.
     least: F,
     stiffness: (F, F),
+    /// Mass scale and impulse scale: 1 and 0 where it does not yield.
+    soft: (F, F),
     impulse: (F, F, F),
 }
 
@@ -151,13 +178,23 @@ impl Grip {
         let along = stiff(tangents[0]).fast_max(stiff(tangents[1]));
         let approach = (motion.v + motion.w.cross(spot.r) - driven).dot(normal);
         let room = spot.gap.fast_max(F::ZERO) * inverse_h;
+        // A contact that rebounds is hard; one that does not yields.
+        let yields = less(laws.restitution, all(1e-6));
+        let inside = yields & less(spot.gap + approach.fast_min(F::ZERO) / inverse_h, F::ZERO);
         let hits = less(approach, all(-QUIET)) & less(approach + room, F::ZERO);
         Self {
             spot,
             normal,
             tangents,
             driven,
-            least: pick(hits, -approach * laws.restitution, -room),
+            least: {
+                let rigid = pick(hits, -approach * laws.restitution, -room);
+                pick(inside, -spot.gap * laws.soft.rate, rigid)
+            },
+            soft: (
+                pick(inside, laws.soft.mass, F::ONE),
+                pick(inside, laws.soft.impulse, F::ZERO),
+            ),
             stiffness: (F::ONE / stiff(normal), F::ONE / along),
             impulse: (F::ZERO, F::ZERO, F::ZERO),
         }
@@ -167,7 +204,8 @@ impl Grip {
     pub(super) fn relax(&mut self, motion: &mut Motion, inverse: &M3, laws: &Laws) {
         let slip = motion.v + motion.w.cross(self.spot.r) - self.driven;
         let (n, x, y) = self.impulse;
-        let new_n = (n + (self.least - slip.dot(self.normal)) * self.stiffness.0).fast_max(F::ZERO);
+        let asked = (self.least - slip.dot(self.normal)) * self.stiffness.0 * self.soft.0;
+        let new_n = (n + asked - n * self.soft.1).fast_max(F::ZERO);
         let push = self.normal * (new_n - n);
         motion.v = motion.v + push;
         motion.w = motion.w + inverse.apply(self.spot.r.cross(push));

@@ -7,7 +7,7 @@ use super::floor::{floor_spots, lowest};
 use super::lanes::{F, LANES, M3, Turn, V3, all, gather, less, more, pick};
 use super::path::{Path, Row, STEP};
 use super::solid::{Solid, Tool};
-use super::solve::{Floor, FloorImpulses, Grip, Laws, Motion};
+use super::solve::{Floor, FloorImpulses, Grip, Laws, Motion, Soft};
 use super::touch::touch;
 
 /// Rounds of the contact solver per step.
@@ -32,8 +32,10 @@ pub struct Coefficients {
     pub rolling: f64,
     /// Friction against the tool.
     pub tool_friction: f64,
-    /// Restitution at the tool.
+    /// Restitution at the tool; above 0 the contact is hard.
     pub restitution: f64,
+    /// Time constant with which the contact at the tool yields, s, where it does not rebound.
+    pub yielding: f64,
 }
 
 /// One trial. All poses are in the support's frame: z along its normal, the plane at z = 0.
@@ -123,6 +125,7 @@ impl<'a> Batch<'a> {
                 tool: law(|c| c.tool_friction),
                 rolling: law(|c| c.rolling),
                 restitution: law(|c| c.restitution),
+                soft: Soft::new(law(|c| c.yielding.max(1e-4)), all(STEP as f32)),
             },
             floor: FloorImpulses::ZERO,
             impulse: V3::ZERO,
@@ -215,15 +218,25 @@ impl<'a> Batch<'a> {
         for grip in &grips {
             self.impulse = self.impulse + grip.given();
             bears = bears | grip.bears();
-            let inside = (-grip.spot.gap - all(SLOP)).fast_max(F::ZERO);
+            let hard = more(self.laws.restitution, all(1e-6));
+            let inside = pick(hard, (-grip.spot.gap - all(SLOP)).fast_max(F::ZERO), F::ZERO);
             mend = V3::pick(more(inside, worst), grip.normal * inside, mend);
             worst = worst.fast_max(inside);
         }
         self.touched += pick(bears, h, F::ZERO);
         let under = (-lowest(spots) - all(SLOP)).fast_max(F::ZERO);
-        self.place = self.place + motion.v * h + mend * all(MEND);
+        // What slides on by itself is carried by the mean of both speeds (the trapezoidal rule): the later one alone would
+        // take half a step off every coast. Where the tool bears the speed may jump, and the later one counts.
+        let mean = V3::new(
+            (self.motion.v.x + motion.v.x) * all(0.5),
+            (self.motion.v.y + motion.v.y) * all(0.5),
+            motion.v.z,
+        );
+        let carried = V3::pick(bears, motion.v, mean);
+        let turned = V3::pick(bears, motion.w, (self.motion.w + motion.w) * all(0.5));
+        self.place = self.place + carried * h + mend * all(MEND);
         self.place.z += under * all(MEND);
-        self.turn = self.turn.advanced(motion.w, h);
+        self.turn = self.turn.advanced(turned, h);
         self.motion = Motion {
             v: motion.v,
             w: self.carried_spin(&turn, motion.w),

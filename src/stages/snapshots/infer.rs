@@ -12,7 +12,7 @@ use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
 use super::search::Search;
 use super::space::{DIMENSIONS, Scores, Space};
 use super::write::write_link;
-use crate::base::{Notices, Result, Seed, rng_for};
+use crate::base::{Notices, Result, Seed, Status, rng_for};
 use crate::capture::Capture;
 use crate::math::{chi_squared_tail, quantile};
 use crate::physics::tabletop::Coefficients;
@@ -44,11 +44,16 @@ pub fn infer(
             config,
             known.map(|f| (f.kinetic, f.kinetic_sd.unwrap_or(0.05 * f.kinetic))),
         );
-        let Some((thing, posterior)) = study(bench, &space, config, seed) else {
+        let Some((mut thing, posterior)) = study(bench, &space, config, seed) else {
             notices.warn(STAGE, &bench.name, "every trial was held out: nothing is left to fit");
             continue;
         };
         write_link(capture, model, bench, &space, &posterior, &thing, config, seed, notices);
+        thing.weighed = model
+            .twin
+            .link(&bench.name)
+            .and_then(|l| l.mass.as_ref())
+            .is_some_and(|m| m.status != Status::Assumed);
         things.push(thing);
     }
     Ok(Some(Snapshots { things }))
@@ -88,6 +93,7 @@ pub(super) fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -
         marginals,
         before: values(&[0.0; DIMENSIONS]),
         fixed: marginals.map(|m| m.contraction < config.contraction),
+        weighed: false,
         best: values(&best),
         share: found.share,
         effective: found.effective,

@@ -2,6 +2,7 @@
 
 mod bench;
 mod config;
+mod diagnose;
 mod effects;
 mod gather;
 mod infer;

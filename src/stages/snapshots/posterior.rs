@@ -16,7 +16,7 @@ use super::space::{DIMENSIONS, Scores, Space};
 use crate::base::{Seed, rng_for};
 
 /// Shares of the travel by which the simulation may be off, one a factor two above the other.
-const SHARES: [f64; 6] = [0.02, 0.04, 0.08, 0.16, 0.32, 0.64];
+const SHARES: [f64; 5] = [0.03, 0.06, 0.12, 0.25, 0.5];
 /// Error of contact geometry that no snapshot noise covers, m.
 const GEOMETRY: f64 = 1e-3;
 /// Degrees of freedom of the bells.
@@ -158,7 +158,7 @@ pub fn posterior(bench: &Bench, space: &Space, config: &Config, guesses: &[Score
     if fitted.is_empty() {
         return None;
     }
-    let draws = (config.simulations / fitted.len()).clamp(2, 16);
+    let draws = if config.simulations >= 6 * fitted.len() { 8 } else { 4 };
     let mut rng = rng_for(seed, &format!("snapshots/posterior/{}", bench.name));
     let mut points: Vec<Scores> = Vec::new();
     let mut levels: Vec<[f64; SHARES.len()]> = Vec::new();

@@ -21,12 +21,14 @@ pub struct ThingResult {
     pub groups: Vec<GroupResult>,
     /// The optimiser's evaluations in order.
     pub search: Vec<SearchStep>,
-    /// Posterior of friction, rolling resistance, friction against the tool and restitution.
+    /// Posterior of friction, rolling resistance, friction against the tool and contact time.
     pub marginals: [Marginal; DIMENSIONS],
     /// Prior medians of the same.
     pub before: [f64; DIMENSIONS],
     /// Whether the data fixed each of them.
     pub fixed: [bool; DIMENSIONS],
+    /// Whether its mass is known or was told by forces.
+    pub weighed: bool,
     /// The optimiser's best point, as values.
     pub best: [f64; DIMENSIONS],
     /// Share of the travel by which the simulation is off.

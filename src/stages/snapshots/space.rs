@@ -18,8 +18,6 @@ pub enum Prior {
     LogNormal(f64, f64),
     /// Lowest, highest.
     LogUniform(f64, f64),
-    /// Mean, cut off at five of them.
-    Exponential(f64),
 }
 
 fn normal() -> Normal {
@@ -33,7 +31,6 @@ impl Prior {
         match self {
             Self::LogNormal(median, sd) => median * (sd * score).exp(),
             Self::LogUniform(low, high) => low * (high / low).powf(normal().cdf(score)),
-            Self::Exponential(mean) => -mean * (1.0 - normal().cdf(score) * (1.0 - (-5f64).exp())).ln(),
         }
     }
 
@@ -43,12 +40,11 @@ impl Prior {
         match self {
             Self::LogNormal(median, sd) => (value / median).ln() / sd,
             Self::LogUniform(low, high) => of_share((value / low).ln() / (high / low).ln()),
-            Self::Exponential(mean) => of_share((1.0 - (-value / mean).exp()) / (1.0 - (-5f64).exp())),
         }
     }
 }
 
-/// The priors of friction, rolling resistance, friction against the tool, restitution at the tool.
+/// The priors of friction, rolling resistance, friction against the tool, yielding of the contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
     /// In the order of [`NAMES`].
@@ -56,9 +52,9 @@ pub struct Space {
 }
 
 /// What the parameters are called.
-pub const NAMES: [&str; DIMENSIONS] = ["friction", "rolling", "tool friction", "restitution"];
+pub const NAMES: [&str; DIMENSIONS] = ["friction", "rolling resistance", "tool friction", "contact time"];
 /// Their units.
-pub const UNITS: [&str; DIMENSIONS] = ["1", "m", "1", "1"];
+pub const UNITS: [&str; DIMENSIONS] = ["1", "m", "1", "s"];
 
 impl Space {
     /// The settings' priors; `friction` replaces that of the support where it is known better (value, sd).
@@ -72,7 +68,7 @@ impl Space {
                 lateral,
                 Prior::LogUniform(config.rolling.0, config.rolling.1),
                 Prior::LogNormal(config.tool_friction.0, config.tool_friction.1),
-                Prior::Exponential(config.restitution),
+                Prior::LogNormal(config.contact_time.0, config.contact_time.1),
             ],
         }
     }
@@ -84,7 +80,8 @@ impl Space {
             friction: v[0].min(10.0),
             rolling: v[1],
             tool_friction: v[2].min(10.0),
-            restitution: v[3].min(0.9),
+            restitution: 0.0,
+            yielding: v[3],
         }
     }
 }

@@ -2,7 +2,7 @@
 """Makes captures that hold snapshots only, with MuJoCo as the world: where a thing was before and after a tool moved.
 
     python snapshot_world.py OUT --seed N [--thing box|tall|can|ball|puck] [--trials 10] [--orientation known|none]
-                             [--force] [--hold-out TOOL:ACTION] [--friction MU]
+                             [--force] [--hold-out TOOL:ACTION] [--friction MU | --material NAME]
 
 Three tools (stick, rake, hook), four actions (push, draw, tap_from_left, tap_from_right). The tool follows its recorded
 path exactly (its joints' positions and speeds are set at every step), the thing's start orientation is drawn afresh,
@@ -24,6 +24,7 @@ TOOLS = {
     "rake": dict(shape="box", size=[0.01, 0.04, 0.03]),
     "hook": dict(shape="sphere", size=[0.015]),
 }
+MATERIALS = {"felt": (0.20, 0.25), "wood": (0.30, 0.30), "rubber": (0.60, 0.45), "card": (0.42, 0.35)}
 ACTIONS = {"push": (1, 0), "draw": (-1, 0), "tap_from_left": (0, 1), "tap_from_right": (0, -1)}
 
 
@@ -131,6 +132,7 @@ def main():
     p.add_argument("--force", action="store_true")
     p.add_argument("--hold-out", default="hook:tap_from_right")
     p.add_argument("--friction", type=float)
+    p.add_argument("--material", choices=MATERIALS, help="friction of this material, within 8 %%; the capture names it")
     p.add_argument("--train", help="TOOL:ACTION[,...]: only these and the held-out ones are done")
     a = p.parse_args()
     rng = np.random.default_rng(a.seed)
@@ -139,6 +141,10 @@ def main():
     mu = a.friction or float(np.exp(rng.uniform(np.log(0.15), np.log(0.7))))
     tool_mu, rolling = float(rng.uniform(0.15, 0.5)), float(10 ** rng.uniform(-4.5, -3))
     mass = float(rng.uniform(0.05, 0.4))
+    body = dict(name="thing", mesh="thing.obj")
+    if a.material:
+        mu, tool_mu = (float(x * np.exp(rng.normal(0, 0.08))) for x in MATERIALS[a.material])
+        body["material"] = a.material
     a.out.mkdir(parents=True, exist_ok=True)
     (a.out / "tracks").mkdir(exist_ok=True)
     write_obj(a.out / "thing.obj", points)
@@ -179,7 +185,7 @@ def main():
                     entry["force"] = f"tracks/{name}.force.csv"
                 interactions.append(entry)
     capture = dict(format="palpate-capture/1", name=f"snapshots-{thing}-{a.seed}", gravity=[0, 0, -G],
-                   support=dict(point=[0, 0, 0], normal=[0, 0, 1]), bodies=[dict(name="thing", mesh="thing.obj")],
+                   support=dict(point=[0, 0, 0], normal=[0, 0, 1]), bodies=[body],
                    noise=dict(position=NOISE), interactions=interactions, truth="truth.json")
     (a.out / "capture.json").write_text(json.dumps(capture, indent=1))
     truth = dict(bodies={"thing": dict(mass=mass, friction_static=mu, friction_kinetic=mu)})

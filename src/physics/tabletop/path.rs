@@ -26,38 +26,34 @@ impl Path {
     /// From poses (support-from-tool) at times that do not decrease, in s from the start of the trial. Linear between
     /// them. Nothing where there is no pose.
     pub fn new(times: &[f64], poses: &[Isometry3<f64>]) -> Option<Self> {
-        let (first, last) = (poses.first()?, *times.last()?);
+        let last = *times.last().filter(|_| times.len() == poses.len())?;
         let steps = (last.max(0.0) / STEP).ceil() as usize + 1;
-        let mut at = 0;
-        let sampled: Vec<Isometry3<f64>> = (0..=steps)
-            .map(|k| {
-                let time = k as f64 * STEP;
-                while at + 1 < times.len() && times[at + 1] <= time {
-                    at += 1;
-                }
-                match (poses.get(at + 1), times.get(at + 1)) {
-                    _ if time <= times[0] => *first,
-                    (Some(next), Some(then)) if *then > times[at] => {
-                        between(&poses[at], next, (time - times[at]) / (then - times[at]))
-                    }
-                    _ => poses[at],
-                }
-            })
-            .collect();
+        let at = |time: f64| {
+            let after = times.partition_point(|t| *t <= time);
+            if after == 0 || after >= poses.len() {
+                return poses[after.min(poses.len() - 1)];
+            }
+            let (before, then) = (times[after - 1], times[after]);
+            between(&poses[after - 1], &poses[after], (time - before) / (then - before))
+        };
         let row = |k: usize| {
-            let (here, next) = (&sampled[k], sampled.get(k + 1).unwrap_or(&sampled[k]));
+            let time = k as f64 * STEP;
+            let here = at(time);
+            // The velocity about the middle of the step: a tool that stops within a step lets go neither always too early
+            // nor always too late.
+            let (a, b) = (at(time + 0.48 * STEP), at(time + 0.52 * STEP));
             let matrix = here.rotation.to_rotation_matrix();
             let of = |v: Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
             Row {
                 place: of(here.translation.vector),
                 turn: [0, 1, 2].map(|i| of(matrix.matrix().row(i).transpose())),
-                velocity: of((next.translation.vector - here.translation.vector) / STEP),
-                spin: of((next.rotation * here.rotation.inverse()).scaled_axis() / STEP),
+                velocity: of((b.translation.vector - a.translation.vector) / (0.04 * STEP)),
+                spin: of((b.rotation * a.rotation.inverse()).scaled_axis() / (0.04 * STEP)),
             }
         };
         Some(Self {
-            rows: (0..sampled.len()).map(row).collect(),
-            places: sampled.iter().map(|p| p.translation.vector).collect(),
+            rows: (0..=steps).map(row).collect(),
+            places: (0..=steps).map(|k| at(k as f64 * STEP).translation.vector).collect(),
         })
     }
 

@@ -69,6 +69,16 @@ impl Solid {
         self.ball.is_some()
     }
 
+    /// Principal moments of inertia for a mass of 1 kg, m².
+    pub fn moments(&self) -> [f64; 3] {
+        self.inertia.map(f64::from)
+    }
+
+    /// Corners of its hull as it is simulated.
+    pub fn corners(&self) -> usize {
+        self.hull.points.len()
+    }
+
     /// Height of the origin of the mesh's frame over the support where the thing stands turned like this
     /// (support-from-mesh), m.
     pub fn standing_height(&self, turn: &UnitQuaternion<f64>) -> f64 {

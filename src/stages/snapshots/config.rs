@@ -1,5 +1,6 @@
 //! What can be set for the inference from snapshots.
 
+use super::LearntPrior;
 use crate::base::{Error, Result};
 
 /// Settings of the inference from snapshots; the defaults need no change.
@@ -30,6 +31,8 @@ pub struct Config {
     pub density: (f64, f64),
     /// A parameter counts as measured where the data leave at most this share of its prior spread.
     pub contraction: f64,
+    /// What was learnt from things already seen.
+    pub learnt: Option<LearntPrior>,
 }
 
 impl Default for Config {
@@ -47,6 +50,7 @@ impl Default for Config {
             contact_time: (6e-3, 0.8),
             density: (700.0, 0.7),
             contraction: 0.5,
+            learnt: None,
         }
     }
 }

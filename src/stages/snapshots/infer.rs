@@ -7,7 +7,8 @@ use super::Config;
 use super::bench::Bench;
 use super::effects::{Effect, Gaussian, energy_distance};
 use super::gather::{STAGE, gather, holds_snapshots_only};
-use super::posterior::{Posterior, posterior};
+use super::learnt::{Seen, ShapeClass};
+use super::posterior::{Marginal, Posterior, posterior};
 use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
 use super::search::Search;
 use super::space::{DIMENSIONS, Scores, Space};
@@ -40,15 +41,25 @@ pub fn infer(
     let mut things = Vec::new();
     for bench in benches.values() {
         let known = capture.support.as_ref().and_then(|s| s.friction);
-        let space = Space::new(
+        let plain = Space::new(
             config,
             known.map(|f| (f.kinetic, f.kinetic_sd.unwrap_or(0.05 * f.kinetic))),
         );
+        let material = capture.prior(&bench.name).and_then(|b| b.material.as_deref());
+        let shape = ShapeClass::of(&bench.solid);
+        let mut space = config
+            .learnt
+            .as_ref()
+            .map_or(plain, |l| l.apply(plain, shape, material));
+        if known.is_some() {
+            space.priors[0] = plain.priors[0];
+        }
         let Some((mut thing, posterior)) = study(bench, &space, config, seed) else {
             notices.warn(STAGE, &bench.name, "every trial was held out: nothing is left to fit");
             continue;
         };
         write_link(capture, model, bench, &space, &posterior, &thing, config, seed, notices);
+        thing.seen.material = material.map(str::to_owned);
         thing.weighed = model
             .twin
             .link(&bench.name)
@@ -60,7 +71,7 @@ pub fn infer(
 }
 
 /// Search, posterior and predictions of one thing; nothing where no trial may be fitted.
-pub(super) fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -> Option<(ThingResult, Posterior)> {
+pub fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -> Option<(ThingResult, Posterior)> {
     let fitted = bench.fitted();
     if fitted.is_empty() {
         return None;
@@ -93,6 +104,11 @@ pub(super) fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -
         marginals,
         before: values(&[0.0; DIMENSIONS]),
         fixed: marginals.map(|m| m.contraction < config.contraction),
+        seen: Seen {
+            shape: ShapeClass::of(&bench.solid),
+            material: None,
+            told: std::array::from_fn(|k| told(&marginals[k], marginals[k].contraction < config.contraction)),
+        },
         weighed: false,
         best: values(&best),
         share: found.share,
@@ -100,6 +116,11 @@ pub(super) fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -
         simulated,
     };
     Some((thing, found))
+}
+
+/// The logarithm of a parameter with its standard deviation, where the data fix it.
+fn told(m: &Marginal, fixed: bool) -> Option<(f64, f64)> {
+    fixed.then(|| (m.median.ln(), (m.ci95[1] / m.ci95[0]).ln() / (2.0 * 1.96)))
 }
 
 fn draws_of(trials: usize, simulations: usize) -> usize {
@@ -137,7 +158,7 @@ pub(super) fn divergence(
 }
 
 /// Goes on with a search until its budget is spent.
-pub(super) fn optimise(bench: &Bench, space: &Space, config: &Config, seed: Seed, mut search: Search) -> Search {
+pub fn optimise(bench: &Bench, space: &Space, config: &Config, seed: Seed, mut search: Search) -> Search {
     while search.evaluations.len() < config.evaluations {
         let (at, by) = search.ask();
         let round = search.evaluations.len() + 1;
@@ -174,7 +195,32 @@ fn steps(bench: &Bench, space: &Space, config: &Config, search: &Search, seed: S
 fn predict(bench: &Bench, group: usize, space: &Space, posterior: &Posterior, seed: Seed) -> GroupResult {
     let trials = bench.of_group(group);
     let measured = bench.measured(group);
-    let at_prior = bench.effects(group, &space.coefficients(&[0.0; DIMENSIONS]), 24, seed, 0);
+    let (at_prior, _) = drawn(bench, group, space, &Posterior::prior(DRAWS), seed);
+    let (all, means) = drawn(bench, group, space, posterior, seed);
+    let of = |samples: &[Effect]| Gaussian::of(samples, floor(bench));
+    let kl = |s: &[Effect]| of(&measured).zip(of(s)).map_or(f64::NAN, |(r, s)| r.divergence(&s));
+    let axis =
+        |k: usize, share: f64| quantile(&all.iter().map(|e| e[k]).collect::<Vec<_>>(), share).unwrap_or(f64::NAN);
+    let mean = measured.iter().sum::<Effect>() / measured.len().max(1) as f64;
+    let p_value = Gaussian::of(&means, 1e-4).map_or(f64::NAN, |g| chi_squared_tail(g.distance2(&mean), 2.0));
+    GroupResult {
+        group: bench.groups[group].clone(),
+        interactions: trials.iter().map(|i| bench.trials[*i].name.clone()).collect(),
+        divergence: [kl(&at_prior), kl(&all)],
+        energy: [energy_distance(&measured, &at_prior), energy_distance(&measured, &all)],
+        predicted_mean: means.iter().sum::<Effect>() / means.len().max(1) as f64,
+        interval: [0, 1].map(|k| [axis(k, 0.025), axis(k, 0.975)]),
+        p_value,
+        measured,
+        at_prior,
+        at_posterior: all,
+    }
+}
+
+/// Effects of a group's trials at draws of a posterior, with noise and with the error of the simulation itself, and the
+/// mean of each replicate of the group.
+fn drawn(bench: &Bench, group: usize, space: &Space, posterior: &Posterior, seed: Seed) -> (Vec<Effect>, Vec<Effect>) {
+    let trials = bench.of_group(group);
     let points: Vec<Coefficients> = posterior.draw(DRAWS).iter().map(|p| space.coefficients(p)).collect();
     let found = bench.outcomes(&trials, &points, 1, seed, group + 1);
     let mut rng = rng_for(seed, &format!("snapshots/predict/{}/{group}", bench.name));
@@ -208,22 +254,5 @@ fn predict(bench: &Bench, group: usize, space: &Space, posterior: &Posterior, se
         means.push(effects.iter().sum::<Effect>() / effects.len().max(1) as f64);
         all.extend(effects);
     }
-    let of = |samples: &[Effect]| Gaussian::of(samples, floor(bench));
-    let kl = |s: &[Effect]| of(&measured).zip(of(s)).map_or(f64::NAN, |(r, s)| r.divergence(&s));
-    let axis =
-        |k: usize, share: f64| quantile(&all.iter().map(|e| e[k]).collect::<Vec<_>>(), share).unwrap_or(f64::NAN);
-    let mean = measured.iter().sum::<Effect>() / measured.len().max(1) as f64;
-    let p_value = Gaussian::of(&means, 1e-4).map_or(f64::NAN, |g| chi_squared_tail(g.distance2(&mean), 2.0));
-    GroupResult {
-        group: bench.groups[group].clone(),
-        interactions: trials.iter().map(|i| bench.trials[*i].name.clone()).collect(),
-        divergence: [kl(&at_prior), kl(&all)],
-        energy: [energy_distance(&measured, &at_prior), energy_distance(&measured, &all)],
-        predicted_mean: means.iter().sum::<Effect>() / means.len().max(1) as f64,
-        interval: [0, 1].map(|k| [axis(k, 0.025), axis(k, 0.975)]),
-        p_value,
-        measured,
-        at_prior,
-        at_posterior: all,
-    }
+    (all, means)
 }

@@ -56,6 +56,17 @@ pub struct Marginal {
 }
 
 impl Posterior {
+    /// What is believed before any snapshot, as `count` points of a space-filling sequence.
+    pub fn prior(count: usize) -> Self {
+        Self {
+            points: (0..count).map(|n| super::search::start_point(n, 0)).collect(),
+            weights: vec![1.0 / count.max(1) as f64; count],
+            share: SHARES[SHARES.len() / 2],
+            effective: count as f64,
+            power: 1.0,
+        }
+    }
+
     /// The marginal of parameter `k`.
     pub fn marginal(&self, space: &Space, k: usize) -> Marginal {
         let value = |p: &Scores| space.priors[k].value(p[k]);

@@ -2,6 +2,7 @@
 
 use super::bench::Group;
 use super::effects::Effect;
+use super::learnt::Seen;
 use super::posterior::Marginal;
 use super::space::DIMENSIONS;
 
@@ -27,6 +28,8 @@ pub struct ThingResult {
     pub before: [f64; DIMENSIONS],
     /// Whether the data fixed each of them.
     pub fixed: [bool; DIMENSIONS],
+    /// What it tells of things of its kind.
+    pub seen: Seen,
     /// Whether its mass is known or was told by forces.
     pub weighed: bool,
     /// The optimiser's best point, as values.

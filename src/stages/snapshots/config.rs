@@ -24,9 +24,9 @@ pub struct Config {
     pub tool_friction: (f64, f64),
     /// Least and largest rolling resistance, m (log-uniform).
     pub rolling: (f64, f64),
-    /// Time in which the contact at the tool yields, s: median and standard deviation of its logarithm. It stands for the
-    /// give of tool, arm and thing alike.
-    pub contact_time: (f64, f64),
+    /// Restitution at the tool: median and standard deviation of its logarithm. A little of it is in every contact that
+    /// yields, and how fast a thing leaves the tool decides how far it coasts.
+    pub restitution: (f64, f64),
     /// Density of an unknown body, kg/m³, and the standard deviation of its logarithm.
     pub density: (f64, f64),
     /// A parameter counts as measured where the data leave at most this share of its prior spread.
@@ -42,12 +42,12 @@ impl Default for Config {
             simulations: 480,
             rounds: 5,
             points: 72,
-            shared_error: 0.4,
+            shared_error: 0.6,
             place_sd: 2e-3,
             friction: (0.35, 0.7),
             tool_friction: (0.3, 0.5),
-            rolling: (1e-6, 3e-3),
-            contact_time: (6e-3, 0.8),
+            rolling: (1e-6, 1e-2),
+            restitution: (0.05, 1.0),
             density: (700.0, 0.7),
             contraction: 0.5,
             learnt: None,
@@ -66,8 +66,8 @@ impl Config {
             self.tool_friction.0,
             self.tool_friction.1,
             self.rolling.0,
-            self.contact_time.0,
-            self.contact_time.1,
+            self.restitution.0,
+            self.restitution.1,
             self.density.0,
             self.density.1,
         ]

@@ -62,10 +62,16 @@ pub fn gather(
 ) -> Result<BTreeMap<String, Bench>> {
     let mut benches: BTreeMap<String, Bench> = BTreeMap::new();
     let mut tools: BTreeMap<String, Option<Tool>> = BTreeMap::new();
+    let scene = Scene {
+        capture,
+        model,
+        config,
+        support_from_world: support_from_world(capture, model),
+    };
     let mut refused: BTreeMap<(String, &str), Vec<String>> = BTreeMap::new();
     for interaction in capture.interactions.iter().filter(|i| pushes(i)) {
         let Some(name) = subject(interaction) else { continue };
-        let outcome = one(capture, model, config, interaction, name, &mut tools, &mut benches)?;
+        let outcome = one(&scene, interaction, name, &mut tools, &mut benches)?;
         if let Err(why) = outcome {
             refused
                 .entry((name.to_owned(), why))
@@ -82,16 +88,22 @@ pub fn gather(
         );
     }
     for bench in benches.values_mut() {
-        choose_turns(bench, capture, model, notices);
+        choose_turns(bench, &scene, notices);
     }
     Ok(benches)
 }
 
+/// What all trials share.
+struct Scene<'a> {
+    capture: &'a Capture,
+    model: &'a Model,
+    config: &'a Config,
+    support_from_world: Isometry3<f64>,
+}
+
 /// Adds one trial, or says why it cannot be simulated.
 fn one(
-    capture: &Capture,
-    model: &Model,
-    config: &Config,
+    scene: &Scene,
     interaction: &Interaction,
     name: &str,
     tools: &mut BTreeMap<String, Option<Tool>>,
@@ -100,11 +112,11 @@ fn one(
     let (Some(given), Some(path)) = (&interaction.tool, &interaction.tool_path) else {
         return Ok(Err("the tool's shape or its path is missing"));
     };
-    let support_from_world = support_from_world(capture, model);
-    let Some((path, started)) = path_of(path, &support_from_world) else {
+    let support_from_world = &scene.support_from_world;
+    let Some((path, started)) = path_of(path, support_from_world) else {
         return Ok(Err("the tool's path has no pose"));
     };
-    let Some((place, turn, effect, after)) = snapshots(interaction, name, &support_from_world) else {
+    let Some((place, turn, effect, after)) = snapshots(interaction, name, support_from_world) else {
         return Ok(Err("a position before or after is missing"));
     };
     let key = tool_key(given);
@@ -115,7 +127,7 @@ fn one(
         return Ok(Err("the tool's shape spans no volume"));
     };
     if !benches.contains_key(name) {
-        let Some(bench) = bench_of(capture, model, config, name, &support_from_world) else {
+        let Some(bench) = bench_of(scene, name) else {
             return Ok(Err(
                 "the thing's shape is not known: neither views nor a mesh show a closed volume",
             ));
@@ -160,7 +172,7 @@ fn one(
         turn,
         seconds,
         effect,
-        impulse: impulse_of(capture, interaction),
+        impulse: impulse_of(scene.capture, interaction),
     });
     Ok(Ok(()))
 }
@@ -180,12 +192,37 @@ fn support_from_world(capture: &Capture, model: &Model) -> Isometry3<f64> {
             Point3::from(s.point),
             Vector3::from(s.normal).try_normalize(1e-9).unwrap_or(up),
         ),
-        None => (Point3::origin(), up),
+        None => (Point3::from(up * ground_level(capture, model, &up).unwrap_or(0.0)), up),
     };
     let turn = UnitQuaternion::rotation_between(&normal, &Vector3::z())
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
     let height = normal.dot(&point.coords);
     Isometry3::from_parts(Vector3::new(0.0, 0.0, -height).into(), turn)
+}
+
+/// Where the lowest points of the things were before they were touched, along `up`, m: the support where none was given or
+/// seen.
+fn ground_level(capture: &Capture, model: &Model, up: &Vector3<f64>) -> Option<f64> {
+    let of = |interaction: &Interaction| {
+        let name = subject(interaction)?;
+        let link = model.twin.link(name)?;
+        let mesh = model.meshes.get(link.mesh.as_ref()?)?;
+        let track = interaction.tracks.get(name)?;
+        let turn = (*track.rotation.first()?).unwrap_or(link.pose.rotation);
+        let low = mesh
+            .vertices
+            .iter()
+            .map(|p| up.dot(&(turn * p.coords)))
+            .fold(f64::INFINITY, f64::min);
+        Some(up.dot(&track.position.first()?.coords) + low).filter(|z| z.is_finite())
+    };
+    let levels: Vec<f64> = capture
+        .interactions
+        .iter()
+        .filter(|i| pushes(i))
+        .filter_map(of)
+        .collect();
+    crate::math::median(&levels)
 }
 
 /// The path of a tool in the support's frame, from time 0, and the capture's time at which it starts.
@@ -260,13 +297,8 @@ fn tool_of(tool: &Given) -> Result<Option<Tool>> {
     })
 }
 
-fn bench_of(
-    capture: &Capture,
-    model: &Model,
-    config: &Config,
-    name: &str,
-    support_from_world: &Isometry3<f64>,
-) -> Option<Bench> {
+fn bench_of(scene: &Scene, name: &str) -> Option<Bench> {
+    let Scene { capture, model, .. } = scene;
     let link = model.twin.link(name)?;
     let mesh = model.meshes.get(link.mesh.as_ref()?)?;
     Some(Bench {
@@ -276,14 +308,14 @@ fn bench_of(
         groups: Vec::new(),
         trials: Vec::new(),
         turns: Vec::new(),
-        place_sd: capture.noise.position.unwrap_or(config.place_sd),
-        gravity: support_from_world.rotation * capture.gravity,
+        place_sd: capture.noise.position.unwrap_or(scene.config.place_sd),
+        gravity: scene.support_from_world.rotation * capture.gravity,
     })
 }
 
 /// The ways in which a thing may have stood where its turn was not measured: as the views or the capture show it, as
 /// its mesh stands, or on a face, by the height at which it was seen.
-fn choose_turns(bench: &mut Bench, capture: &Capture, model: &Model, notices: &mut Notices) {
+fn choose_turns(bench: &mut Bench, scene: &Scene, notices: &mut Notices) {
     let unknown: Vec<f64> = bench
         .trials
         .iter()
@@ -293,9 +325,9 @@ fn choose_turns(bench: &mut Bench, capture: &Capture, model: &Model, notices: &m
     let Some(height) = crate::math::median(&unknown) else {
         return;
     };
-    let support = support_from_world(capture, model).rotation;
+    let support = scene.support_from_world.rotation;
     let mut upright = vec![UnitQuaternion::identity()];
-    if let Some(link) = model.twin.link(&bench.name) {
+    if let Some(link) = scene.model.twin.link(&bench.name) {
         upright.insert(0, support * link.pose.rotation);
     }
     let fits = |turn: &UnitQuaternion<f64>| {

@@ -74,9 +74,9 @@ pub struct Kind {
     /// Friction against the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_friction: Option<[f64; 2]>,
-    /// Contact time at the tool, s.
+    /// Restitution at the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact_time: Option<[f64; 2]>,
+    pub restitution: Option<[f64; 2]>,
 }
 
 /// Priors by kind, the most particular first.
@@ -113,7 +113,7 @@ impl LearntPrior {
                 friction: k(0),
                 rolling: k(1),
                 tool_friction: k(2),
-                contact_time: k(3),
+                restitution: k(3),
                 shape,
                 material,
             }
@@ -130,7 +130,7 @@ impl LearntPrior {
         };
         let mut out = space;
         let fields: [fn(&Kind) -> Option<[f64; 2]>; DIMENSIONS] =
-            [|k| k.friction, |k| k.rolling, |k| k.tool_friction, |k| k.contact_time];
+            [|k| k.friction, |k| k.rolling, |k| k.tool_friction, |k| k.restitution];
         for (prior, field) in out.priors.iter_mut().zip(fields) {
             if let Some([median, sd]) = self.kind.iter().filter(fits).find_map(field) {
                 *prior = Prior::LogNormal(median, sd);
@@ -147,7 +147,7 @@ impl LearntPrior {
     /// From a file's text.
     pub fn from_toml(text: &str) -> Result<Self> {
         let read: Self = toml::from_str(text).map_err(|e| Error::Usage(format!("the learnt prior: {e}")))?;
-        let pairs = |k: &Kind| [k.friction, k.rolling, k.tool_friction, k.contact_time];
+        let pairs = |k: &Kind| [k.friction, k.rolling, k.tool_friction, k.restitution];
         let sound = |p: &[f64; 2]| p.iter().all(|x| x.is_finite() && *x > 0.0);
         if read.kind.iter().flat_map(pairs).flatten().all(|p| sound(&p)) {
             return Ok(read);

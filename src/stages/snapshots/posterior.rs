@@ -16,7 +16,7 @@ use super::space::{DIMENSIONS, Scores, Space};
 use crate::base::{Seed, rng_for};
 
 /// Shares of the travel by which the simulation may be off, one a factor two above the other.
-const SHARES: [f64; 5] = [0.03, 0.06, 0.12, 0.25, 0.5];
+const SHARES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 /// Error of contact geometry that no snapshot noise covers, m.
 const GEOMETRY: f64 = 1e-3;
 /// Degrees of freedom of the bells.

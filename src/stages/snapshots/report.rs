@@ -22,7 +22,7 @@ pub struct ThingResult {
     pub groups: Vec<GroupResult>,
     /// The optimiser's evaluations in order.
     pub search: Vec<SearchStep>,
-    /// Posterior of friction, rolling resistance, friction against the tool and contact time.
+    /// Posterior of friction, rolling resistance, friction against the tool and restitution.
     pub marginals: [Marginal; DIMENSIONS],
     /// Prior medians of the same.
     pub before: [f64; DIMENSIONS],

@@ -44,17 +44,20 @@ impl Prior {
     }
 }
 
-/// The priors of friction, rolling resistance, friction against the tool, yielding of the contact.
+/// The priors of friction, rolling resistance, friction against the tool, restitution at the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
     /// In the order of [`NAMES`].
     pub priors: [Prior; DIMENSIONS],
 }
 
+/// Time constant of a contact at the tool that does not rebound, s.
+const YIELDING: f64 = 4e-3;
+
 /// What the parameters are called.
-pub const NAMES: [&str; DIMENSIONS] = ["friction", "rolling resistance", "tool friction", "contact time"];
+pub const NAMES: [&str; DIMENSIONS] = ["friction", "rolling resistance", "tool friction", "restitution"];
 /// Their units.
-pub const UNITS: [&str; DIMENSIONS] = ["1", "m", "1", "s"];
+pub const UNITS: [&str; DIMENSIONS] = ["1", "m", "1", "1"];
 
 impl Space {
     /// The settings' priors; `friction` replaces that of the support where it is known better (value, sd).
@@ -68,7 +71,7 @@ impl Space {
                 lateral,
                 Prior::LogUniform(config.rolling.0, config.rolling.1),
                 Prior::LogNormal(config.tool_friction.0, config.tool_friction.1),
-                Prior::LogNormal(config.contact_time.0, config.contact_time.1),
+                Prior::LogNormal(config.restitution.0, config.restitution.1),
             ],
         }
     }
@@ -80,8 +83,8 @@ impl Space {
             friction: v[0].min(10.0),
             rolling: v[1],
             tool_friction: v[2].min(10.0),
-            restitution: 0.0,
-            yielding: v[3],
+            restitution: v[3].min(0.9),
+            yielding: YIELDING,
         }
     }
 }

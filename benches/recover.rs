@@ -8,6 +8,9 @@
     reason = "a program that prints its figures"
 )]
 
+#[path = "common/random_box.rs"]
+mod random_box;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -16,6 +19,7 @@ use palpate::lab::{Scene, synthesise};
 use palpate::pipeline::{Options, Pass, build};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
+use random_box::RandomBox;
 
 const WAYS: [&str; 4] = ["lift", "coast", "tilt", "slow"];
 
@@ -54,28 +58,11 @@ impl Tally {
 
 /// A box with a hidden weight, and what is done to it.
 fn scene(dice: &mut ChaCha8Rng, way: &str) -> Scene {
+    let RandomBox { size, mut text } = RandomBox::draw(dice);
     let mut between = |low: f64, high: f64| dice.random_range(low..high);
-    let size = [between(0.07, 0.14), between(0.06, 0.10), between(0.04, 0.06)];
-    let (density, kinetic) = (between(300.0, 1500.0), between(0.15, 0.5));
-    let still = kinetic * between(1.03, 1.2);
-    let (weight, at) = (between(0.02, 0.15), [between(-0.25, 0.25), between(-0.25, 0.25)]);
     let (stiffness, damping) = (between(800.0, 6000.0), between(2.0, 20.0));
-    let mut text = format!(
+    text += &format!(
         r#"
-name = "random"
-[camera]
-views = 0
-[[body]]
-name = "box"
-shape = {{ kind = "box", size = [{}, {}, {}] }}
-density = {density}
-position = [0.0, 0.0, {}]
-friction = {{ static = {still}, kinetic = {kinetic} }}
-known_mesh = true
-[[body.weight]]
-mass = {weight}
-position = [{}, {}, {}]
-radius = 0.01
 [[body]]
 name = "pad"
 shape = {{ kind = "box", size = [0.08, 0.08, 0.04] }}
@@ -83,14 +70,7 @@ density = 250.0
 position = [0.6, 0.0, 0.02]
 known_mesh = true
 foam = {{ stiffness = {stiffness}, damping = {damping} }}
-"#,
-        size[0],
-        size[1],
-        size[2],
-        0.5 * size[2],
-        at[0] * size[0],
-        at[1] * size[1],
-        -0.15 * size[2]
+"#
     );
     for (k, speed) in [0.01, 0.03].iter().enumerate() {
         let depth = 0.003f64.max(12.0 / stiffness);

@@ -101,6 +101,7 @@ def describe(_):
         "reach": {"dome": {"target": [0, 0, 0.04], "radius": [0.32, 0.42], "elevation": [15, 80]}},
         "workspace": {"low": [-0.15, -0.1, -0.01], "high": [0.15, 0.1, 0.13]},
         "touches": ["lift", "push"],
+        "restores": True,
         "bodies": [{"name": b["name"], "pose": [*b["at"].tolist(), 0, 0, 0, 1]} for b in (BOX, CYLINDER)],
     }
 

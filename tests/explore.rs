@@ -13,7 +13,7 @@ mod python;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use python::python;
+use python::{python, python_with};
 use serde_json::Value;
 
 fn explore(rig: &str, out: &Path, budget: &str) -> Output {
@@ -58,6 +58,33 @@ fn the_python_rig_is_explored_and_its_bodies_are_weighed() {
         );
     }
     assert!(out.join("capture/capture.json").is_file() && out.join("twin/report.html").is_file());
+}
+
+#[test]
+fn a_rig_with_another_world_is_touched_until_all_is_known_as_wanted() {
+    let Some(python) = python_with("mujoco") else { return };
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let out = dir.path().join("explored");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/mujoco_rig.py");
+    let made = explore(&format!("exec:{python} '{script}'"), &out, "20");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let record = json(&out.join("explore.json"));
+    let enough = record["touched_enough"].as_str().expect("a reason");
+    assert!(enough.starts_with("of every thing, mass is known to 5 %"), "{enough}");
+    let twin = json(&out.join("twin/twin.json"));
+    for (name, mass, friction, centre) in [("box", 0.35, 0.3, [0.0043, -0.0023]), ("can", 0.4, 0.25, [0.0, 0.0])] {
+        let bodies = twin["bodies"].as_array().expect("bodies");
+        let link = &bodies.iter().find(|b| b["name"] == name).expect("the body")["links"][0];
+        let held = |estimate: &Value, truth: f64| {
+            let [low, high] = [0, 1].map(|k| estimate[k].as_f64().expect("a number"));
+            assert!(low <= truth && truth <= high, "{name}: {low} to {high} for {truth}");
+        };
+        held(&link["mass"]["ci95"], mass);
+        held(&link["friction"]["kinetic"]["ci95"], friction);
+        for k in 0..2 {
+            held(&link["com"]["ci95"][k], centre[k]);
+        }
+    }
 }
 
 /// A rig that answers with the lines given, then ends.

@@ -31,6 +31,8 @@ pub struct RigDescription {
     pub bodies: Vec<BodyPrior>,
     /// Known sensor noise.
     pub noise: Noise,
+    /// Everything is put back to where it was at first after each touch.
+    pub restores: bool,
 }
 
 /// The camera poses that a rig can reach.

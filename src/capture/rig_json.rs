@@ -30,6 +30,9 @@ pub(super) struct DescriptionJson {
     pub bodies: Vec<BodyJson>,
     #[serde(default)]
     pub noise: Option<NoiseJson>,
+    /// Whether everything is put back to where it was at first after each touch.
+    #[serde(default)]
+    pub restores: bool,
 }
 
 #[derive(Deserialize, Serialize, JsonSchema)]

@@ -88,6 +88,7 @@ impl Line {
             touches: d.touches,
             bodies,
             noise: d.noise.as_ref().map(noise_of).unwrap_or_default(),
+            restores: d.restores,
         })
     }
 

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use super::lathe::wall;
 use super::surface::{face, surface};
-use super::{BodySpec, BondSpec, CameraSpec, FrictionSpec, JointSpec, NoiseSpec, PairSpec, Scene, ShapeSpec};
+use super::{
+    BodySpec, BondSpec, CameraSpec, FrictionSpec, JointSpec, NoiseSpec, PairSpec, RepeatSpec, Scene, ShapeSpec,
+};
 use crate::base::{Error, Result, nearest_name};
 
 /// How deep a body may be sunk in the table, m.
@@ -42,6 +44,7 @@ pub(super) fn check(scene: &Scene, file: &Path) -> Result<()> {
         checker.camera("film", &film.lens())?;
     }
     checker.noise(&scene.noise)?;
+    checker.repeat(&scene.repeat)?;
     checker.unique("action", scene.action.iter().map(super::ActionSpec::name))?;
     for (i, action) in scene.action.iter().enumerate() {
         checker.action(&format!("action[{i}] ({})", action.name()), action)?;
@@ -312,6 +315,11 @@ impl Checker<'_> {
             self.within(&format!("{key}.elevations[{k}]"), *elevation, 1.0, 89.0)?;
         }
         Ok(())
+    }
+
+    fn repeat(&self, repeat: &RepeatSpec) -> Result<()> {
+        self.within("repeat.friction", repeat.friction, 0.0, 0.5)?;
+        self.within("repeat.stiffness", repeat.stiffness, 0.0, 0.5)
     }
 
     fn noise(&self, noise: &NoiseSpec) -> Result<()> {

@@ -31,7 +31,7 @@ pub use read::{parse_scene, read_scene};
 pub use robot::LabRig;
 pub use scene::{
     ActionSpec, BodySpec, BondSpec, CameraSpec, FilmSpec, FoamSpec, FrictionSpec, HideSpec, JointSpec, JointSpecKind,
-    NoiseSpec, PairSpec, Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
+    NoiseSpec, PairSpec, RepeatSpec, Scene, ShapeSpec, SupportSpec, ToolSpec, WeightSpec,
 };
 pub use scenes::{scene_named, scenes};
 pub use solid::{ConvexPart, PartShape, Solid, build_solids};

@@ -72,6 +72,7 @@ pub(super) fn perform_in_steps(
     let durations: Vec<f64> = scripts.iter().map(|script| script.duration).collect();
     let occasions = occasions(&scene.action, &durations, &scene.pauses());
     let done = scripts.par_iter().zip(occasions).map(|(script, occasion)| {
+        let scene = &*scene.on(&script.name);
         let performance = Stage::set(scene, solids, &ties, (script, &occasion), &effects, dt).play();
         progress.advance();
         performance

@@ -178,6 +178,7 @@ impl Rig for LabRig {
                 })
                 .collect(),
             noise: sensors::stated(&self.scene.noise),
+            restores: true,
         })
     }
 

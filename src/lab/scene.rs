@@ -1,12 +1,15 @@
 //! A scene of the lab as a TOML file: what there is, how it is looked at, what is done to it. SI units.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use rand_distr::{Distribution, StandardNormal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use super::instruments::{CameraSpec, FilmSpec, NoiseSpec};
 pub use super::script::{ActionSpec, ToolSpec};
+use crate::base::{Seed, rng_for};
 
 /// A made-up tabletop with the script of what is done to it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -41,6 +44,9 @@ pub struct Scene {
     /// The sensors.
     #[serde(default)]
     pub noise: NoiseSpec,
+    /// How well one action repeats another.
+    #[serde(default, skip_serializing_if = "RepeatSpec::is_perfect")]
+    pub repeat: RepeatSpec,
     /// What is done, in this order; each starts from the scene as it was at first.
     #[serde(default)]
     pub action: Vec<ActionSpec>,
@@ -57,6 +63,50 @@ impl Scene {
     pub fn pauses(&self) -> Vec<f64> {
         let of = |action: &ActionSpec| self.pause.get(action.name()).copied().unwrap_or(0.0);
         self.action.iter().map(of).collect()
+    }
+}
+
+/// Scatter from one action to the next: standard deviations of logarithms. The truth file tells the middle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RepeatSpec {
+    /// Of all friction of things, static and kinetic alike.
+    pub friction: f64,
+    /// Of the stiffness and damping of springy parts.
+    pub stiffness: f64,
+    /// What is drawn is drawn from this and the action's name.
+    pub seed: u64,
+}
+
+impl RepeatSpec {
+    fn is_perfect(&self) -> bool {
+        self.friction == 0.0 && self.stiffness == 0.0
+    }
+}
+
+impl Scene {
+    /// The scene as `action` meets it.
+    pub(super) fn on(&self, action: &str) -> Cow<'_, Self> {
+        let repeat = self.repeat;
+        if repeat.is_perfect() {
+            return Cow::Borrowed(self);
+        }
+        let mut dice = rng_for(Seed(repeat.seed), action);
+        let [slippery, soft] = [repeat.friction, repeat.stiffness].map(|sd| {
+            let z: f64 = StandardNormal.sample(&mut dice);
+            (sd * z).exp()
+        });
+        let mut scene = self.clone();
+        let of_bodies = scene.body.iter_mut().map(|b| &mut b.friction);
+        for friction in of_bodies.chain(scene.pair.iter_mut().map(|p| &mut p.friction)) {
+            friction.static_ *= slippery;
+            friction.kinetic *= slippery;
+        }
+        for foam in scene.body.iter_mut().filter_map(|b| b.foam.as_mut()) {
+            foam.stiffness *= soft;
+            foam.damping *= soft;
+        }
+        Cow::Owned(scene)
     }
 }
 

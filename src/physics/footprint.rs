@@ -1,6 +1,6 @@
 //! The outline of a link at the height of a tool, as a convex polygon in the support plane.
 
-use nalgebra::{Isometry2, Point2, Vector2};
+use nalgebra::{Isometry2, Point2, Point3, Vector2};
 
 /// A convex polygon, counter-clockwise, in the plane frame of its link.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +44,21 @@ impl Footprint {
             corners.pop();
         }
         (corners.len() >= 3).then_some(Self { corners })
+    }
+
+    /// The hull of the cut through a triangle mesh at height `z`; nothing where the cut has no area.
+    pub fn section(points: &[Point3<f64>], triangles: &[[u32; 3]], z: f64) -> Option<Self> {
+        let mut cut = Vec::new();
+        for triangle in triangles {
+            for k in 0..3 {
+                let (a, b) = (&points[triangle[k] as usize], &points[triangle[(k + 1) % 3] as usize]);
+                if (a.z - z) * (b.z - z) < 0.0 {
+                    let t = (z - a.z) / (b.z - a.z);
+                    cut.push((a + (b - a) * t).xy());
+                }
+            }
+        }
+        Self::hull(cut)
     }
 
     /// The corners, counter-clockwise.

@@ -242,17 +242,7 @@ impl Linkage {
 /// The hull of the cut at `height`.
 fn slice(mesh: &Mesh, pose: &Isometry3<f64>, height: f64) -> Option<Footprint> {
     let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
-    let mut cut = Vec::new();
-    for triangle in &mesh.triangles {
-        for k in 0..3 {
-            let (a, b) = (&points[triangle[k] as usize], &points[triangle[(k + 1) % 3] as usize]);
-            if (a.z - height) * (b.z - height) < 0.0 {
-                let t = (height - a.z) / (b.z - a.z);
-                cut.push((a + (b - a) * t).xy());
-            }
-        }
-    }
-    Footprint::hull(cut)
+    Footprint::section(&points, &mesh.triangles, height)
 }
 
 /// The children without a foot hang on their parents: shares of the load by mass.

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::touches::default_touches;
+use super::touches::touch_all;
 use crate::base::{Error, Notices, Pose, Progress, Result};
 use crate::capture::{Answer, Capture, Rig, RigDescription, Touch};
+use crate::stages::estimation::NextTouchConfig;
 use crate::stages::shape::{self, Decision, NextView, NextViewConfig, ViewChoice};
 
 /// The name under which the loop leaves its notices.
@@ -17,6 +18,8 @@ pub struct ExploreOptions {
     pub budget: usize,
     /// How views are chosen.
     pub next_view: NextViewConfig,
+    /// How touches are chosen.
+    pub next_touch: NextTouchConfig,
     /// How shapes are made before the touches.
     pub shape: shape::Config,
 }
@@ -26,6 +29,7 @@ impl Default for ExploreOptions {
         Self {
             budget: 40,
             next_view: NextViewConfig::default(),
+            next_touch: NextTouchConfig::default(),
             shape: shape::Config::default(),
         }
     }
@@ -46,12 +50,31 @@ pub struct Step {
     /// Surface that a look was expected to add, m².
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected: Option<f64>,
+    /// What a touch was expected to tell, bits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bits: Option<f64>,
     /// Surface seen after it, weighed by how well, m².
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seen: Option<f64>,
     /// Why the rig did not do it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
+}
+
+impl Step {
+    /// A touch that is about to be asked for.
+    pub(super) fn touch(touch: &Touch, why: &str, bits: f64) -> Self {
+        Self {
+            action: touch.kind.name(),
+            what: touch.name.clone(),
+            why: why.to_owned(),
+            pose: None,
+            expected: None,
+            bits: Some(bits),
+            seen: None,
+            refused: None,
+        }
+    }
 }
 
 /// What an exploration gathered.
@@ -125,7 +148,8 @@ fn empty(said: &RigDescription) -> Capture {
     }
 }
 
-type Gathered<'a> = (&'a mut Capture, &'a mut Vec<Step>);
+/// What an exploration adds to: the capture, and the steps that led to it.
+pub(super) type Gathered<'a> = (&'a mut Capture, &'a mut Vec<Step>);
 
 /// Looks until no view is worth its while; returns the reason.
 fn look_around(
@@ -188,46 +212,8 @@ fn step_of(choice: &ViewChoice, number: usize) -> Step {
         why: choice.why.clone(),
         pose: Some(choice.world_from_camera),
         expected: choice.expected.is_finite().then_some(choice.expected),
+        bits: None,
         seen: None,
         refused: None,
     }
-}
-
-/// Touches everything that was seen; returns why no more.
-fn touch_all(
-    rig: &mut dyn Rig,
-    said: &RigDescription,
-    options: &ExploreOptions,
-    (capture, steps): Gathered,
-    progress: &Progress,
-) -> Result<String> {
-    if said.touches.is_empty() {
-        return Ok("the rig cannot touch".into());
-    }
-    let shapes = shape::reconstruct(capture, &options.shape, &mut Notices::default())?;
-    let planned: Vec<(Touch, String)> = default_touches(&shapes, said);
-    if planned.is_empty() {
-        return Ok("there is nothing to touch, or none of the rig's touches suits it".into());
-    }
-    for (touch, why) in planned {
-        if capture.views.len() + capture.interactions.len() >= options.budget {
-            return Ok(format!("the budget of {} is used up", options.budget));
-        }
-        let mut step = Step {
-            action: touch.kind.name(),
-            what: touch.name.clone(),
-            why,
-            pose: None,
-            expected: None,
-            seen: None,
-            refused: None,
-        };
-        match rig.touch(&touch)? {
-            Answer::Done(interaction) => capture.interactions.push(interaction),
-            Answer::Refused(why) => step.refused = Some(why),
-        }
-        steps.push(step);
-        progress.advance();
-    }
-    Ok("every thing was touched in every way that tells of its mass and friction".into())
 }

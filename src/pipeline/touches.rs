@@ -1,145 +1,106 @@
-//! The default set of touches: what tells of mass and friction, for everything that was seen.
+//! Touches in the closed loop: estimate, choose the touch that should tell most, do it, and again.
 
-use nalgebra::{Point3, Vector3};
+use std::collections::BTreeMap;
 
-use crate::capture::{Kind, RigDescription, Touch};
-use crate::stages::shape::{ShapedObject, Shapes};
+use super::explore::{Gathered, Step};
+use super::{ExploreOptions, Options, assemble};
+use crate::base::{Notices, Pose, Progress, Result};
+use crate::capture::{Answer, Capture, Interaction, Rig, RigDescription};
+use crate::stages::estimation::{self, NextTouch, TouchDecision};
+use crate::stages::interaction;
+use crate::stages::shape::{self, Shapes};
+use crate::twin::Model;
 
-/// How high a thing is lifted, m, how fast, m/s, and how long it is held, s.
-const LIFT: [f64; 3] = [0.02, 0.05, 1.0];
-/// How far and how fast a thing is pushed, m and m/s; the second push is quicker and is kept for checking.
-const PUSH: [[f64; 2]; 2] = [[0.03, 0.03], [0.03, 0.05]];
-/// Height of a push above the support over the height of the thing: low, so that it slides and does not topple.
-const HEIGHT: f64 = 0.35;
-/// Gap to the support from which a thing stands on something else, m.
-const STANDS: f64 = 0.008;
-/// Directions of a push that are compared.
-const DIRECTIONS: usize = 8;
+/// Most touches that the rig may refuse before it is asked no more.
+const REFUSALS: usize = 40;
 
-/// A thing as a box in the world.
-struct Thing<'a> {
-    name: &'a str,
-    low: Point3<f64>,
-    high: Point3<f64>,
-}
-
-impl Thing<'_> {
-    fn of(object: &ShapedObject) -> Option<Thing<'_>> {
-        let (low, high) = object.mesh.transformed(&object.world_from_link.0).bounds()?;
-        Some(Thing {
-            name: &object.name,
-            low,
-            high,
-        })
+/// Touches until mass, friction and centre of mass are known as wanted, or no touch tells more; returns why no more.
+pub(super) fn touch_all(
+    rig: &mut dyn Rig,
+    said: &RigDescription,
+    options: &ExploreOptions,
+    (capture, steps): Gathered,
+    progress: &Progress,
+) -> Result<String> {
+    if said.touches.is_empty() {
+        return Ok("the rig cannot touch".into());
     }
-
-    fn middle(&self) -> Point3<f64> {
-        nalgebra::center(&self.low, &self.high)
-    }
-
-    fn radius(&self) -> f64 {
-        0.5 * (self.high - self.low).xy().norm()
-    }
-}
-
-/// One lift and two pushes for each thing, as far as the rig offers them, each with its reason.
-pub(super) fn default_touches(shapes: &Shapes, said: &RigDescription) -> Vec<(Touch, String)> {
-    let things: Vec<Thing> = shapes.objects.iter().filter_map(Thing::of).collect();
-    let floor = shapes.support.as_ref().map(|s| s.point[2]);
-    let mut touches = Vec::new();
-    for thing in &things {
-        if said.touches.contains(&Kind::Lift) {
-            touches.push((lift(thing), "a lift weighs it: mass without friction".to_owned()));
-        }
-        let stands = floor.is_none_or(|floor| thing.low.z - floor < STANDS);
-        if said.touches.contains(&Kind::Push) && stands {
-            touches.extend(pushes(thing, &things));
-        }
-    }
-    touches
-}
-
-fn touch(thing: &Thing, kind: Kind, label: &str) -> Touch {
-    Touch {
-        name: format!("{label}-{}", thing.name.replace('/', "-")),
-        kind,
-        target: Some(thing.name.to_owned()),
-        start: thing.middle(),
-        direction: Vector3::z(),
-        travel: 0.0,
-        speed: 0.0,
-        duration: 0.0,
-        held_out: false,
-    }
-}
-
-fn lift(thing: &Thing) -> Touch {
-    let middle = thing.middle();
-    let [travel, speed, duration] = LIFT;
-    Touch {
-        start: Point3::new(middle.x, middle.y, thing.high.z),
-        travel,
-        speed,
-        duration,
-        ..touch(thing, Kind::Lift, "lift")
-    }
-}
-
-/// Two pushes through the middle: along the free-est way, and across or back, kept for checking.
-fn pushes(thing: &Thing, things: &[Thing]) -> Vec<(Touch, String)> {
-    let mut ways: Vec<(f64, Vector3<f64>)> = (0..DIRECTIONS)
-        .map(|k| {
-            let (s, c) = (std::f64::consts::TAU * k as f64 / DIRECTIONS as f64).sin_cos();
-            let way = Vector3::new(c, s, 0.0);
-            (clearance(thing, things, &way), way)
-        })
+    let mut shapes = shape::reconstruct(capture, &options.shape, &mut Notices::default())?;
+    shapes.scene = None;
+    let mut planner = NextTouch::new(options.next_touch.clone(), &said.touches, said.noise);
+    let mut now = BTreeMap::new();
+    let mut model = estimate(capture, &shapes, &options.next_touch.estimation)?;
+    let never = planner.out_of_reach(&model, &now);
+    let never: Vec<String> = never
+        .into_iter()
+        .map(|(name, why)| format!("of {name}, {why}"))
         .collect();
-    ways.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let Some(first) = ways.first().copied() else {
-        return Vec::new();
+    let mut refusals = 0;
+    let full = |capture: &Capture| capture.views.len() + capture.interactions.len() >= options.budget;
+    let reason = loop {
+        if full(capture) {
+            break format!("the budget of {} is used up", options.budget);
+        }
+        if refusals > REFUSALS {
+            break format!("the rig refused {refusals} touches");
+        }
+        let choice = match planner.decide(&model, &now) {
+            TouchDecision::Touch(choice) => choice,
+            TouchDecision::Stop(why) => break why,
+        };
+        let mut step = Step::touch(&choice.touch, &choice.why, choice.bits);
+        match rig.touch(&choice.touch)? {
+            Answer::Done(interaction) => {
+                planner.did(&choice, &interaction);
+                if !said.restores {
+                    moved(&interaction, &mut now);
+                }
+                capture.interactions.push(interaction);
+                model = estimate(capture, &shapes, &options.next_touch.estimation)?;
+                progress.advance();
+            }
+            Answer::Refused(why) => {
+                planner.refuse(&choice);
+                step.refused = Some(why);
+                refusals += 1;
+            }
+        }
+        steps.push(step);
     };
-    let second = ways
-        .iter()
-        .find(|(_, way)| way.dot(&first.1).abs() < 0.1)
-        .copied()
-        .unwrap_or(first);
-    let mut out = Vec::new();
-    for (k, ((free, way), [travel, speed])) in [first, second].into_iter().zip(PUSH).enumerate() {
-        let middle = thing.middle();
-        let height = thing.low.z + HEIGHT * (thing.high.z - thing.low.z);
-        let edge = way.component_mul(&((thing.high - thing.low) * 0.5)).norm();
-        let start = Point3::new(middle.x, middle.y, height) - way * edge;
-        let why = match k {
-            0 => format!("a slow push tells of its friction; this way the next thing is {free:.2} m off"),
-            _ => "a push across, kept for checking what the first one told".to_owned(),
-        };
-        let asked = Touch {
-            start,
-            direction: way,
-            travel,
-            speed,
-            duration: 0.3,
-            held_out: k == 1,
-            ..touch(thing, Kind::Push, if k == 0 { "push" } else { "push-across" })
-        };
-        out.push((asked, why));
+    for choice in planner.checks(&model, &now) {
+        if full(capture) || refusals > REFUSALS {
+            break;
+        }
+        let mut step = Step::touch(&choice.touch, &choice.why, choice.bits);
+        match rig.touch(&choice.touch)? {
+            Answer::Done(interaction) => {
+                if !said.restores {
+                    moved(&interaction, &mut now);
+                }
+                capture.interactions.push(interaction);
+                progress.advance();
+            }
+            Answer::Refused(why) => step.refused = Some(why),
+        }
+        steps.push(step);
     }
-    out
+    Ok(std::iter::once(reason).chain(never).collect::<Vec<_>>().join("; "))
 }
 
-/// Room along a way ahead of a thing, and behind it for the tool, m.
-fn clearance(thing: &Thing, things: &[Thing], way: &Vector3<f64>) -> f64 {
-    let room = |other: &Thing| {
-        let off = (other.middle() - thing.middle()).xy();
-        let along = off.x * way.x + off.y * way.y;
-        let aside = (off.norm_squared() - along * along).max(0.0).sqrt();
-        let gap = other.radius() + thing.radius();
-        if aside > gap {
-            return 1.0;
+/// The twin as far as matter goes, from what was gathered so far.
+fn estimate(capture: &Capture, shapes: &Shapes, config: &estimation::Config) -> Result<Model> {
+    let quiet = &mut Notices::default();
+    let mut model = assemble::model(capture, shapes.clone(), &Options::default());
+    let segmented = interaction::segment(capture, &model, &interaction::Config::default(), quiet)?;
+    estimation::identify(capture, &segmented, &mut model, config, quiet)?;
+    Ok(model)
+}
+
+/// Where the tracks end is where things are by now; what the last pose lacks is taken from before.
+fn moved(interaction: &Interaction, now: &mut BTreeMap<String, Pose>) {
+    for (name, track) in &interaction.tracks {
+        if let Some(pose) = (0..track.len()).rev().find_map(|i| track.pose(i)) {
+            now.insert(name.clone(), pose);
         }
-        // Behind, only the tool must fit.
-        if along > 0.0 { along - gap } else { -along - gap + 0.02 }
-    };
-    let others = things.iter().filter(|o| !std::ptr::eq(*o, thing));
-    others.map(room).fold(1.0, f64::min)
+    }
 }

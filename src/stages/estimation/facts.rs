@@ -158,7 +158,7 @@ fn read_one(
             let coast = coast.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
             let coasted = coast.is_some();
             facts.coasts.extend(coast);
-            let Some(push) = read_push(interaction, cut, link, &ground.plane, config) else {
+            let Some(push) = read_push(interaction, cut, link, ground, config) else {
                 return coasted;
             };
             match company {

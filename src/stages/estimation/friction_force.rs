@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::Config;
 use super::facts::Facts;
-use super::pool::pooled;
+use super::pool::{pooled, relative_sd};
 use super::push::Push;
 use super::resolve::STAGE;
 use super::surface::{Surface, SurfacePrior, fit_surface};
@@ -91,7 +91,7 @@ pub(super) fn sliding_from(
     }
     let lifts: Vec<f64> = pushes.iter().flat_map(|p| p.blocks.iter().map(|b| b.lift)).collect();
     Some(Sliding {
-        static_: breakaway(pushes, &trials, &kinetic, config, from.clone()),
+        static_: breakaway(pushes, &kinetic, prior.mass),
         radius: Estimate::measured(surface.radius.0, surface.radius.1, "m", from, "push-limit-surface"),
         lift: crate::math::median(&lifts)?,
         centre: (surface.centre, surface.centre_sd),
@@ -143,28 +143,55 @@ fn without_slope(pushes: &[Push], surface: &Surface, config: &Config) -> (Vec<(f
     (corrected, Some(-pull))
 }
 
-/// Static force: the peak of each push scaled from the tool's force to the friction force as the steady part was.
-fn breakaway(
-    pushes: &[Push],
-    trials: &[(f64, f64)],
-    kinetic: &Estimate,
-    config: &Config,
-    from: Vec<String>,
-) -> Option<Estimate> {
-    let peaks: Vec<(f64, f64)> = pushes
-        .iter()
-        .zip(trials)
-        .filter_map(|(push, (force, _))| {
-            let (peak, sd) = push.breakaway?;
-            let steady: Vec<f64> = push.blocks.iter().map(|b| b.force.norm()).collect();
-            let scale = force / crate::math::median(&steady)?;
-            (scale.is_finite()).then_some((peak * scale, sd * scale))
-        })
-        .collect();
-    let found = pooled(&peaks, 2.0 * config.friction_scatter, 0.0, "N", from, "push-static")?;
-    // Static friction is not below kinetic: a lower reading is noise.
-    let floor = kinetic.value.max(found.value);
-    let high = found.ci95.map_or(floor, |c| c[1].max(floor));
-    let low = found.ci95.map_or(floor, |c| c[0]);
-    Some(Estimate { value: floor, ..found }.with_interval([low, high]))
+/// By how much the excess of static over kinetic friction that shows falls short: likely and most factor. Where a
+/// push also turns the body, its points let go one after another, and their peaks do not add up.
+const HIDDEN: [f64; 2] = [1.25, 1.9];
+/// Largest swing of the force, as a share of its peak, at which a push tells of static friction at all.
+const BLOW: f64 = 0.5;
+
+/// One push's word on static friction, as shares of its steady force.
+struct Excess {
+    shown: f64,
+    /// What is left of it if the tool's catching up made as much of the peak as it can.
+    sure: f64,
+    sd: f64,
+    interaction: String,
+}
+
+fn excess_of(push: &Push, mass: f64) -> Option<Excess> {
+    let forces: Vec<f64> = push.blocks.iter().map(|b| b.force.norm()).collect();
+    let steady = crate::math::median(&forces)?;
+    let let_go = push.breakaway?;
+    let (peak, noise) = let_go.peak;
+    let swing = let_go.swing(mass);
+    let shown = (peak / steady - 1.0).max(0.0);
+    (swing < BLOW * peak && shown.is_finite()).then(|| Excess {
+        shown,
+        sure: (shown - swing / steady).max(0.0),
+        sd: noise / steady + 0.01,
+        interaction: push.interaction.clone(),
+    })
+}
+
+/// Static force: the peaks of the pushes against their own steady forces, which the scatter between pushes does not touch.
+/// The pushes with the largest peaks count, those whose points let go most nearly together.
+fn breakaway(pushes: &[Push], kinetic: &Estimate, mass: f64) -> Option<Estimate> {
+    let mut peaks: Vec<Excess> = pushes.iter().filter_map(|push| excess_of(push, mass)).collect();
+    peaks.sort_by(|a, b| b.shown.total_cmp(&a.shown));
+    peaks.truncate(peaks.len().div_ceil(2));
+    if peaks.is_empty() {
+        return None;
+    }
+    let mean = |of: fn(&Excess) -> f64| peaks.iter().map(of).sum::<f64>() / peaks.len() as f64;
+    let (shown, sure, own) = (mean(|p| p.shown), mean(|p| p.sure), mean(|p| p.sd));
+    let spread = mean(|p| p.shown * p.shown) - shown * shown;
+    let scatter = (spread.max(0.0) / peaks.len() as f64).sqrt();
+    let half = 1.96 * own.hypot(scatter).hypot(relative_sd(kinetic)) * kinetic.value;
+    // Static friction is not below kinetic; what a swing of the force can explain is no more than likely.
+    let low = kinetic.value * (1.0 + sure) - half;
+    let high = kinetic.value * (1.0 + HIDDEN[1] * shown) + half;
+    let value = kinetic.value * (1.0 + 0.5 * (sure + (2.0 * HIDDEN[0] - 1.0) * shown));
+    let from = peaks.into_iter().map(|p| p.interaction).collect();
+    let found = Estimate::measured(value, (high - low) / (2.0 * 1.96), "N", from, "push-static");
+    Some(found.with_interval([low, high]))
 }

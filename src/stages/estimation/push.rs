@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector2, Vector3};
 
 use super::Config;
 use super::evidence::{MeanWrench, MotionState, bridge_snapshots, mean_wrench, motion_at, tare_of, tool_at};
+use super::facts::Ground;
 use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
 
 /// Wrench and motion of the pushed link averaged over a block of time, in the plane of the support.
@@ -25,6 +26,8 @@ pub(super) struct Block {
     pub axes: nalgebra::Matrix2x3<f64>,
     /// Standard deviation of the velocity, m/s.
     pub velocity_sd: f64,
+    /// Height above the support at which a tool without torque acts, m; zero where the tool holds the body stiffly.
+    pub height: f64,
 }
 
 /// One push of one link.
@@ -38,8 +41,26 @@ pub(super) struct Push {
     pub bridged: bool,
     /// Standard deviation of the jerking relative to the force.
     pub chatter: f64,
-    /// Force at which it broke away, N, with its standard deviation, where it stuck first.
-    pub breakaway: Option<(f64, f64)>,
+    /// The largest force as it broke away, where it stuck first.
+    pub breakaway: Option<Breakaway>,
+}
+
+/// The end of sticking.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Breakaway {
+    /// Largest force and its standard deviation, N.
+    pub peak: (f64, f64),
+    /// How fast the force rose, N/s, and the tool went, m/s.
+    pub rise: f64,
+    pub speed: f64,
+}
+
+impl Breakaway {
+    /// By how much the force may swing over where the tool, through a contact of stiffness k, brings a body of `mass` (kg)
+    /// to its speed: `v sqrt(k m)`, with `k v` the rise before, N. Damping takes most of it away, how much is not known.
+    pub fn swing(&self, mass: f64) -> f64 {
+        (self.rise * self.speed * mass).sqrt()
+    }
 }
 
 /// Two axes that span the support, and its normal.
@@ -88,9 +109,10 @@ pub(super) fn read_push(
     interaction: &Interaction,
     segmented: &Segmented,
     link: &str,
-    plane: &Plane,
+    ground: &Ground,
     config: &Config,
 ) -> Option<Push> {
+    let plane = &ground.plane;
     let slide = segmented.of(PhaseKind::Slide).next()?;
     let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
     let track = interaction.tracks.get(link)?;
@@ -115,7 +137,7 @@ pub(super) fn read_push(
         let wrench = mean_wrench(stream, from, to, &tare);
         let motion = motion_at(track, t, config.smoothing);
         if let (Some(w), Some(m), Some(p)) = (wrench, motion, tool_at(tool, t)) {
-            let mut block = block_of(interaction, plane, &w, &m, &p, noise);
+            let mut block = block_of(interaction, ground, &w, &m, &p, noise);
             if bridged {
                 block.acceleration = Vector2::zeros();
             } else {
@@ -148,12 +170,14 @@ pub(super) fn read_push(
 /// Wrench about the link's origin and motion, in the plane of the support.
 fn block_of(
     interaction: &Interaction,
-    plane: &Plane,
+    ground: &Ground,
     wrench: &MeanWrench,
     motion: &MotionState,
     tool: &Point3<f64>,
     noise: f64,
 ) -> Block {
+    let plane = &ground.plane;
+    let stiff = interaction.tool.as_ref().is_some_and(|t| t.grip);
     let force = wrench.force;
     let along = force.try_normalize(1e-9).unwrap_or_default();
     let arm = tool.coords - motion.pose.translation.vector;
@@ -172,6 +196,11 @@ fn block_of(
         acceleration: plane.flat(&motion.acceleration),
         axes: nalgebra::Matrix2x3::from_rows(&[plane.x.transpose() * axes, plane.y.transpose() * axes]),
         velocity_sd: noise * motion.velocity_gain,
+        height: if stiff {
+            0.0
+        } else {
+            (tool - ground.point).dot(&plane.normal).max(0.0)
+        },
     }
 }
 
@@ -216,14 +245,14 @@ pub(super) fn steadiness(
     }
 }
 
+/// Span over which the tool's speed at the peak is taken, s.
+const RISE: f64 = 0.02;
+/// Readings of force over which its peak is averaged.
+const PEAK: f64 = 3.0;
+
 /// Largest horizontal force in the first moments of sliding, where the body stuck long enough before for the
 /// touch not to be a blow.
-fn breakaway(
-    interaction: &Interaction,
-    segmented: &Segmented,
-    plane: &Plane,
-    track: &PoseStream,
-) -> Option<(f64, f64)> {
+fn breakaway(interaction: &Interaction, segmented: &Segmented, plane: &Plane, track: &PoseStream) -> Option<Breakaway> {
     let stick = segmented.of(PhaseKind::Stick).next()?;
     let slide = segmented.of(PhaseKind::Slide).next()?;
     let stream = interaction.force.as_ref()?;
@@ -231,26 +260,29 @@ fn breakaway(
         return None;
     }
     let tare = tare_of(interaction, segmented);
-    let span = (0.2 * (stick.end - stick.start)).clamp(0.01, 0.05);
-    let mut best: Option<(f64, f64)> = None;
-    let mut t = stick.start + 0.5 * (stick.end - stick.start);
+    // The peak lasts as long as a bristle takes to let go: a few readings, no more.
+    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
+    let span = (PEAK / rate).max(0.004);
+    // What is called sticking lasts until the motion shows in the track: the peak may lie well before its end.
+    let mut best: Option<(f64, f64, f64)> = None;
+    let mut t = stick.start;
     while t < (slide.start + 0.15).min(slide.end) {
         if let Some(w) = mean_wrench(stream, t - 0.5 * span, t + 0.5 * span, &tare) {
             let force = plane.flat(&w.force).norm();
             let sd = segmented.force_noise.unwrap_or(0.0) / (w.rows as f64).sqrt();
-            if best.is_none_or(|(b, _)| force > b) {
-                best = Some((force, sd));
+            if best.is_none_or(|(b, ..)| force > b) {
+                best = Some((force, sd, t));
             }
         }
         t += 0.25 * span;
     }
-    let (peak, noise) = best?;
-    // The body is caught up with at the tool's speed v: through a contact of stiffness k the force overshoots by
-    // up to v sqrt(k m), with k v the rate at which it rose and m at most peak / (0.1 g).
+    let (peak, noise, at) = best?;
     let tool = interaction.tool_path.as_ref()?;
-    let step = tool_at(tool, stick.end)? - tool_at(tool, stick.end - 0.1)?;
-    let rate = peak / (stick.end - stick.start);
-    let overshoot = (peak / 3.0 * rate * step.norm() / 0.1).sqrt();
-    // The largest of several noisy means lies about one standard deviation too high.
-    (overshoot < 0.25 * peak).then_some((peak - noise, noise + 0.02 * peak + 0.5 * overshoot))
+    let step = tool_at(tool, at)? - tool_at(tool, at - RISE)?;
+    Some(Breakaway {
+        // The largest of several noisy means lies about one standard deviation too high.
+        peak: (peak - noise, noise),
+        rise: peak / (at - stick.start).max(RISE),
+        speed: step.norm() / RISE,
+    })
 }

@@ -176,8 +176,12 @@ fn write_sliding(link: &mut Link, sliding: &Sliding, guessed_weight: bool, weigh
     link.friction.torsional_radius = Some(sliding.radius.clone());
 }
 
+/// Doubt of the friction centre from uneven pressure, as a share of what the shape leaves open.
+const UNEVEN: f64 = 0.03;
+
 /// The friction centre stands for the centre of mass where pushes pin it well below what the shape leaves open;
-/// along the support's normal it says nothing. Uneven pressure would move it, hence the floor of 3 % of the spread.
+/// along the support's normal it says nothing. The pressure balances the weight below the centre of mass however uneven it
+/// is; how it turns the body does depend on it, hence the floor.
 fn write_friction_centre(link: &mut Link, sliding: &Sliding, spread: &Vector3<f64>, normal: &Vector3<f64>) {
     let (value, sd) = sliding.centre;
     let pinned = (0..3)
@@ -185,7 +189,7 @@ fn write_friction_centre(link: &mut Link, sliding: &Sliding, spread: &Vector3<f6
         .all(|k| sd[k] < 0.5 * spread[k]);
     // From poses before and after alone the centre comes out some millimetres off: too little to call it measured.
     if pinned && !sliding.bridged {
-        let sd = [0, 1, 2].map(|k| sd[k].hypot(0.1 * spread[k]));
+        let sd = [0, 1, 2].map(|k| sd[k].hypot(if normal[k].abs() < 0.5 { UNEVEN } else { 0.1 } * spread[k]));
         let from = sliding.kinetic.from.clone();
         let method = "push-limit-surface; the direction along gravity from the shape";
         link.com = Some(Estimate::measured(value, sd, "m", from, method));
@@ -226,14 +230,14 @@ fn part(link: &mut Link, before: &Before, g: f64, config: &Config) {
                 None => pushed,
             });
             if let (None, Some(s)) = (&link.friction.static_, &link.friction_force.static_) {
-                let relative = relative_sd(s).hypot(relative_sd(&mass));
-                link.friction.static_ = Some(positive(
-                    s.value / (mass.value * g),
-                    relative,
-                    "1",
-                    joined(s, &mass),
-                    "push-static",
-                ));
+                let per = (mass.value * g).recip();
+                let sd = s.sd.unwrap_or(0.0).hypot(relative_sd(&mass) * s.value);
+                let found = Estimate::measured(s.value * per, sd * per, "1", joined(s, &mass), "push-static");
+                let doubt = 1.96 * relative_sd(&mass) * s.value;
+                let [low, high] = s.ci95.unwrap_or([s.value; 2]);
+                let low = s.value - (s.value - low).hypot(doubt);
+                let high = s.value + (high - s.value).hypot(doubt);
+                link.friction.static_ = Some(found.with_interval([low * per, high * per]));
             }
         }
         (None, Some(mu)) => {

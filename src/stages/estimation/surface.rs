@@ -38,13 +38,33 @@ pub(super) struct SurfacePrior {
     pub mass: f64,
 }
 
-/// Motion at the friction centre: velocity, its generalised speed, and the share by which the load is changed.
-fn at_centre(block: &Block, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> (Vector2<f64>, f64, f64) {
-    let arm = block.axes * centre;
-    let v = block.velocity + block.spin * Vector2::new(-arm.y, arm.x);
-    let speed = (v.norm_squared() + (radius * block.spin).powi(2)).sqrt();
+/// Motion at the centre of friction while the tool pushes.
+struct AtCentre {
+    /// From the link's origin to the centre of friction, plane axes, m.
+    arm: Vector2<f64>,
+    /// Its velocity, m/s.
+    velocity: Vector2<f64>,
+    /// The generalised speed of the limit surface, m/s.
+    speed: f64,
+    /// Share by which the tool changes the load.
+    load: f64,
+}
+
+/// A force above the support tips the load ahead: friction, which balances it, acts at the support, and the pressure
+/// moves by their couple over the load. `centre` is where friction acts without it, below the centre of mass.
+fn at_centre(block: &Block, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> AtCentre {
     let load = (1.0 - block.lift / prior.weight).clamp(0.3, 3.0);
-    (v, speed.max(1e-9), load)
+    let ahead = block.force * (block.height / (load * prior.weight));
+    // Beyond the radius the thing would topple: what is pushed on the table stays within.
+    let arm = block.axes * centre + ahead * (radius / ahead.norm().max(radius));
+    let velocity = block.velocity + block.spin * Vector2::new(-arm.y, arm.x);
+    let speed = (velocity.norm_squared() + (radius * block.spin).powi(2)).sqrt();
+    AtCentre {
+        arm,
+        velocity,
+        speed: speed.max(1e-9),
+        load,
+    }
 }
 
 /// Friction force of one push by its power balance at a given centre and radius: work of the tool less the
@@ -52,11 +72,15 @@ fn at_centre(block: &Block, centre: &Vector3<f64>, radius: f64, prior: &SurfaceP
 fn force_by_power(push: &Push, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> Option<(f64, f64)> {
     let (mut ratios, mut work, mut path) = (Vec::new(), 0.0, 0.0);
     for block in &push.blocks {
-        let (v, speed, load) = at_centre(block, centre, radius, prior);
+        let AtCentre {
+            arm,
+            velocity: v,
+            speed,
+            load,
+        } = at_centre(block, centre, radius, prior);
         if speed < 4.0 * block.velocity_sd || speed < 5e-4 {
             continue;
         }
-        let arm = block.axes * centre;
         let moment = block.moment - (arm.x * block.force.y - arm.y * block.force.x);
         let power = (block.force - prior.mass * block.acceleration).dot(&v) + moment * block.spin;
         // Noise in the velocity lengthens the path; its expectation is taken off.
@@ -89,9 +113,18 @@ pub(super) fn fit_surface(pushes: &[Push], prior: &SurfacePrior) -> Option<Surfa
     let centre = Vector3::new(fit.x[1], fit.x[2], fit.x[3]);
     let radius = fit.x[4].exp();
     let blocks: usize = pushes.iter().map(|p| p.blocks.len()).sum();
-    // Blocks of one push share its errors: count pushes, not blocks.
-    let inflate = (fit.cost * 2.0 / (3 * blocks) as f64).max(1.0).sqrt() * (blocks as f64 / pushes.len() as f64).sqrt();
-    let sd = |i: usize, most: f64| (fit.sd(i) * inflate).min(most);
+    // Blocks of one push share its errors: count pushes, not blocks. Where pushes are enough, what each of them moves
+    // says it better.
+    let misfit = (fit.cost * 2.0 / (3 * blocks) as f64).max(1.0).sqrt();
+    let counted = misfit * (blocks as f64 / pushes.len() as f64).sqrt();
+    let moved = jackknife(pushes, prior, guess, &fit);
+    let sd = |i: usize, most: f64| {
+        match &moved {
+            Some(moved) => (fit.sd(i) * misfit).hypot(moved[i]),
+            None => fit.sd(i) * counted,
+        }
+        .min(most)
+    };
     let radius_log_sd = sd(4, prior.radius_log_sd).hypot(0.02);
     let forces: Vec<(f64, f64)> = pushes
         .iter()
@@ -114,6 +147,29 @@ pub(super) fn fit_surface(pushes: &[Push], prior: &SurfacePrior) -> Option<Surfa
     })
 }
 
+/// Fewest pushes whose leaving out tells the doubt.
+const ENOUGH: usize = 3;
+
+/// Standard deviations of the unknowns of [`fit_shape`] by leaving out one push at a time; none where they are few.
+fn jackknife(pushes: &[Push], prior: &SurfacePrior, guess: f64, whole: &Fit) -> Option<[f64; 5]> {
+    if pushes.len() < ENOUGH {
+        return None;
+    }
+    let n = pushes.len() as f64;
+    let mut sums = [0.0; 5];
+    for out in 0..pushes.len() {
+        let rest: Vec<Push> = (0..pushes.len())
+            .filter(|i| *i != out)
+            .map(|i| pushes[i].clone())
+            .collect();
+        let fit = fit_shape(&rest, prior, guess)?;
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum += (fit.x[k] - whole.x[k]).powi(2);
+        }
+    }
+    Some(sums.map(|s| ((n - 1.0) / n * s).sqrt()))
+}
+
 /// Joint least squares over all blocks: log force, friction centre, log radius.
 fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
     let residuals = |x: &DVector<f64>| {
@@ -123,9 +179,13 @@ fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
             // A bridged path is right only on the average.
             let trust = if push.bridged { 0.2 } else { 0.05 };
             for block in &push.blocks {
-                let (v, speed, load) = at_centre(block, &centre, radius, prior);
+                let AtCentre {
+                    arm,
+                    velocity: v,
+                    speed,
+                    load,
+                } = at_centre(block, &centre, radius, prior);
                 let direction_sd = trust + block.velocity_sd / speed;
-                let arm = block.axes * centre;
                 let moment = block.moment - (arm.x * block.force.y - arm.y * block.force.x);
                 let predicted = force * load / speed * v + prior.mass * block.acceleration;
                 let turning = force * load * radius * radius * block.spin / speed;

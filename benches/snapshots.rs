@@ -4,7 +4,12 @@
 //! `PALPATE_PEERS` names the folder of the peer's scripts (`push_lib.py`, `bench_rippe_gp.py`); without it the comparison is
 //! left out. Arguments choose parts: `speed`, `loop`, `mujoco`, `things`, `learnt`, `peer-loop`.
 
-#![allow(missing_docs, clippy::expect_used, reason = "a bench that cannot run must stop")]
+#![allow(
+    missing_docs,
+    clippy::expect_used,
+    clippy::disallowed_macros,
+    reason = "a bench that cannot run must stop"
+)]
 
 use std::path::{Path as File, PathBuf};
 use std::process::Command;

@@ -5,6 +5,7 @@
 
 use super::floor::{SPOTS, Spot};
 use super::lanes::{F, M3, V3, all, less, more, pick};
+use super::path::STEP;
 
 /// Velocities of the centroid, world axes.
 #[derive(Clone, Copy, Debug)]
@@ -169,8 +170,8 @@ impl Grip {
         inverse: &M3,
         motion: &Motion,
         laws: &Laws,
-        inverse_h: F,
     ) -> Self {
+        let inverse_h = all((1.0 / STEP) as f32);
         let stiff = |d: V3| {
             let c = spot.r.cross(d);
             F::ONE + c.dot(inverse.apply(c))

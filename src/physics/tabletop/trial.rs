@@ -217,7 +217,7 @@ impl<'a> Batch<'a> {
         let mut bears = F::ZERO;
         for grip in &grips {
             self.impulse = self.impulse + grip.given();
-            bears = bears | grip.bears();
+            bears |= grip.bears();
             let hard = more(self.laws.restitution, all(1e-6));
             let inside = pick(hard, (-grip.spot.gap - all(SLOP)).fast_max(F::ZERO), F::ZERO);
             mend = V3::pick(more(inside, worst), grip.normal * inside, mend);
@@ -282,7 +282,6 @@ impl<'a> Batch<'a> {
             c: of(|r| r.turn[2]),
         };
         let (v, w) = (of(|r| r.velocity), of(|r| r.spin));
-        let inverse_h = all((1.0 / STEP) as f32);
         let part_from_solid = tool.transposed_times(turn);
         let at = tool.apply_transposed(apart);
         let mut grips = Vec::with_capacity(4 * self.stage.tool.parts.len());
@@ -300,9 +299,7 @@ impl<'a> Batch<'a> {
                     gap: spot.gap,
                 };
                 let driven = v + w.cross(arm);
-                grips.push(Grip::new(
-                    own, normal, tangents, driven, inverse, motion, &self.laws, inverse_h,
-                ));
+                grips.push(Grip::new(own, normal, tangents, driven, inverse, motion, &self.laws));
             }
         }
         grips

@@ -129,10 +129,9 @@ impl LearntPrior {
             k.shape.is_none_or(|s| s == shape) && (k.material.is_none() || k.material.as_deref() == material)
         };
         let mut out = space;
-        let fields: [fn(&Kind) -> Option<[f64; 2]>; DIMENSIONS] =
-            [|k| k.friction, |k| k.rolling, |k| k.tool_friction, |k| k.restitution];
-        for (prior, field) in out.priors.iter_mut().zip(fields) {
-            if let Some([median, sd]) = self.kind.iter().filter(fits).find_map(field) {
+        let fields = |k: &Kind| [k.friction, k.rolling, k.tool_friction, k.restitution];
+        for (number, prior) in out.priors.iter_mut().enumerate() {
+            if let Some([median, sd]) = self.kind.iter().filter(fits).find_map(|k| fields(k)[number]) {
                 *prior = Prior::LogNormal(median, sd);
             }
         }

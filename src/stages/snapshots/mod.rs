@@ -4,6 +4,7 @@ mod bench;
 mod config;
 mod diagnose;
 mod effects;
+mod evidence;
 mod gather;
 mod infer;
 mod learnt;

@@ -70,17 +70,19 @@ pub(super) fn write_link(
         .filter(|e| e.is_measured())
         .or(Some(estimate(2, "1")));
     let prior = capture.prior(&bench.name).and_then(|b| b.mass.map(|m| (m, b.mass_sd)));
-    if let Some((value, sd)) = prior {
-        link.mass = Some(Estimate::known(value, sd, "kg"));
-    } else if let Some(found) = mass {
-        link.mass = Some(found);
-    } else if link.mass.as_ref().is_none_or(|e| e.status == Status::Assumed) {
-        link.mass = Some(assumed_mass(volume.unwrap_or(0.0), config));
-        notices.note(
-            STAGE,
-            &bench.name,
-            "its mass is assumed: a tool on its path moves a heavy thing and a light one alike",
-        );
+    let open = link.mass.as_ref().is_none_or(|e| e.status == Status::Assumed);
+    match (prior, mass) {
+        _ if !open => {}
+        (Some((value, sd)), _) => link.mass = Some(Estimate::known(value, sd, "kg")),
+        (None, Some(found)) => link.mass = Some(found),
+        (None, None) => {
+            link.mass = Some(assumed_mass(volume.unwrap_or(0.0), config));
+            notices.note(
+                STAGE,
+                &bench.name,
+                "its mass is assumed: a tool on its path moves a heavy thing and a light one alike",
+            );
+        }
     }
     if link.friction_force.kinetic.is_none()
         && let (Some(mass), Some(mu)) = (&link.mass, &link.friction.kinetic)

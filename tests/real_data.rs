@@ -167,3 +167,60 @@ fn a_real_shelf_is_reconstructed_to_a_valid_file() {
     }
     assert!(corners > 1000, "{corners} corners");
 }
+
+/// The causes of every finding, each with its rivals.
+fn named(twin: &Path) -> Vec<Vec<String>> {
+    let diagnosis = json(&twin.join("diagnosis.json"));
+    let findings = diagnosis["findings"].as_array().expect("findings");
+    let of = |f: &Value| {
+        let rivals = f["alternatives"].as_array().expect("alternatives").iter();
+        let all = std::iter::once(&f["cause"]).chain(rivals.map(|a| &a["cause"]));
+        all.map(|c| c.as_str().expect("a word").to_owned()).collect()
+    };
+    findings.iter().map(of).collect()
+}
+
+#[test]
+fn the_tossed_cube_falls_too_slowly_and_lies_too_low() {
+    let Some(capture) = recording("cube-tosses") else {
+        return;
+    };
+    let (_dir, twin) = twin_of(&capture);
+    let link = &json(&twin.join("twin.json"))["bodies"][0]["links"][0];
+    let value = |e: &Value| e["value"].as_f64().expect("a number");
+    assert!(
+        (0.1..0.35).contains(&value(&link["restitution"])),
+        "{}",
+        link["restitution"]
+    );
+    assert!((0.15..0.25).contains(&value(&link["friction"]["kinetic"])));
+    let gravity = value(&link["tossed"]["gravity"]);
+    assert!((9.58..9.70).contains(&gravity), "{gravity}");
+    let low = value(&link["tossed"]["resting_height"]);
+    assert!((-1.3e-3..-1.0e-3).contains(&low), "{low}");
+    let both = ["length-scale", "gravity-error"];
+    let found = named(&twin);
+    assert!(
+        found.iter().any(|f| both.iter().all(|c| f.iter().any(|n| n == c))),
+        "{found:?}"
+    );
+    let base = &json(&twin.join("diagnosis.json"))["base"]["rmse"];
+    assert!(base["position-in-flight"].as_f64().expect("flights") < 1e-3);
+    assert!(base["position"].as_f64().expect("contacts") < 4e-3);
+}
+
+#[test]
+fn the_tossed_elbow_tells_of_its_hinge() {
+    let Some(capture) = recording("elbow-tosses") else {
+        return;
+    };
+    let (_dir, twin) = twin_of(&capture);
+    let joint = &json(&twin.join("twin.json"))["bodies"][0]["joints"][0];
+    for what in ["friction", "damping"] {
+        let [low, high] = [0, 1].map(|k| joint[what]["ci95"][k].as_f64().expect("an interval"));
+        assert!(low >= 0.0 && high < 0.01 && high > low, "{what}: {low} to {high}");
+        // Over the mass alone: nobody weighed it.
+        assert_eq!(joint[what]["status"], "assumed");
+        assert!(joint[what]["confounded"].is_object());
+    }
+}

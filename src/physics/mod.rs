@@ -12,7 +12,10 @@ mod press;
 mod push;
 mod quasistatic;
 mod slide;
+pub mod tabletop;
 mod tilt;
+mod tumble;
+mod tumble_contact;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use driven::{Driven, predict_driven, predict_driven_with_step};
@@ -26,3 +29,4 @@ pub use push::{PushPrediction, predict_push};
 pub use quasistatic::{Contact, ContactSolution, Dissipator, solve_contact};
 pub use slide::{PlaneMotion, Slider, predict_slide, predict_slide_with_step};
 pub use tilt::{TiltOutcome, predict_tilt};
+pub use tumble::{Hinge, Landing, Part, State, Thrown, Velocity};

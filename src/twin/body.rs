@@ -77,9 +77,48 @@ pub struct Link {
     /// N·s/m at the spot that was pressed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<Estimate>,
+    /// What tosses show beside friction and restitution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tossed: Option<Tossed>,
     /// What each interaction did to mass and friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ledger: Vec<LedgerEntry>,
+}
+
+/// What free flights, impacts and rests of a link show. A toss shows no mass: all of this is over it.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Tossed {
+    /// Acceleration of free fall as the track has it, m/s².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Estimate>,
+    /// Inertia over that of the shape at uniform density.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia_ratio: Option<Estimate>,
+    /// Radius of edges and corners where they struck, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edge_radius: Option<Estimate>,
+    /// Height of the body when it lies, over where shape and support have it, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resting_height: Option<Estimate>,
+    /// Height of the support where it was struck, over where the capture has it, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub support_rise: Option<Estimate>,
+    /// Centre of mass from that of the shape at uniform density, m, link axes; of a body of two links with the masses
+    /// taken as equal, for a toss shows the moments alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre_offset: Option<Estimate<[f64; 3]>>,
+    /// Logarithm (xx, yy, zz, xy, xz, yz) of the second moments of mass in units of those at uniform density.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread: Option<Estimate<[f64; 6]>>,
+    /// Drag of the air over mass, 1/m: deceleration over squared speed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air_drag: Option<Estimate>,
+    /// Friction of the hinge over the mass of the body, N·m/kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hinge_friction: Option<Estimate>,
+    /// Damping of the hinge over the mass of the body, N·m·s/(rad·kg).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hinge_damping: Option<Estimate>,
 }
 
 /// What one interaction did to one number: the fit with it against the fit without it.
@@ -201,6 +240,7 @@ impl Link {
             restitution: None,
             stiffness: None,
             damping: None,
+            tossed: None,
             ledger: Vec::new(),
         }
     }

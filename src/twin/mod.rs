@@ -16,7 +16,7 @@ mod score_table;
 mod symmetry;
 mod truth;
 
-pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares};
+pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed};
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, texture_path, write_twin};

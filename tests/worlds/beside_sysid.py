@@ -42,12 +42,12 @@ def record(folder, time_, force, place, dice):
     x = np.r_[np.full(len(rest), place[0]), place]
     rows = lambda *columns: "\n".join(",".join(f"{v:.9g}" for v in row) for row in zip(*columns))  # noqa: E731
     zero, one, seen = np.zeros(len(t)), np.ones(len(t)), slice(None, None, 4)
-    noisy = x + dice.normal(0, NOISE, len(x))
+    noisy, aside, up = x + dice.normal(0, NOISE, len(x)), *dice.normal(0, NOISE, (2, len(x)))
     (folder / "interactions/force.csv").write_text("time,fx,fy,fz\n" + rows(t + STEP / 2, f, zero, zero) + "\n")
     (folder / "interactions/tool.csv").write_text(
         "time,x,y,z,qx,qy,qz,qw\n" + rows(t, x, zero, 0.03 * one, zero, zero, zero, one) + "\n")
     (folder / "interactions/box.csv").write_text(
-        "time,x,y,z,qx,qy,qz,qw\n" + rows(t[seen], noisy[seen], zero[seen], 0.03 * one[seen], zero[seen], zero[seen],
+        "time,x,y,z,qx,qy,qz,qw\n" + rows(t[seen], noisy[seen], aside[seen], 0.03 + up[seen], zero[seen], zero[seen],
                                           zero[seen], one[seen]) + "\n")
     corners = [(sx * 0.05, sy * 0.04, sz * 0.03) for sz in (-1, 1) for sy in (-1, 1) for sx in (-1, 1)]
     faces = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]

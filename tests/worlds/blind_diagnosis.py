@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A blind test of the diagnosis on worlds made with MuJoCo that hide an effect, or none.
 
-    python blind_diagnosis.py PALPATE FOLDER [--first-seed N] [--clean N] [--each N] [--kinds tin pad hinge drawer] [--quick]
+    python blind_diagnosis.py PALPATE FOLDER [--first-seed N] [--clean N] [--each N] [--kinds tin pad hinge drawer toss] [--quick]
 
 Makes the captures in FOLDER (those that are there already are kept), reconstructs each without its truth, and prints
 what was hidden beside what was named, and counts: false names on clean captures, effects found, first name right,
@@ -20,10 +20,12 @@ TIN = ["velocity-weakening-friction", "viscous-friction", "anisotropic-friction"
 PAD = ["hardening-stiffness", "second-stage", "power-law-stiffness", "elastic-damping", "stress-relaxation", "plastic-set",
        "elastic-hysteresis", "softening-by-use", "adhesion", "preload", "snap-through", "force-saturation"]
 DRAWER = ["joint-damping", "joint-spring", "joint-stiction", "detent", "latch", "soft-close", "limit-compliance", "outside-joint-texture"]
-KINDS = dict(tin=TIN, pad=PAD, hinge=["joint-gravity", *DRAWER], drawer=DRAWER)
+TOSS = ["length-scale", "gravity-error", "support-tilt", "com-offset", "nonuniform-density", "tracking-error",
+        "velocity-weakening-friction", "outside-wind", "outside-patch"]
+KINDS = dict(toss=TOSS, tin=TIN, pad=PAD, hinge=["joint-gravity", *DRAWER], drawer=DRAWER)
 
 
-QUICK = [("tin", "support-tilt"), ("pad", "hardening-stiffness"), ("hinge", "joint-spring"), ("drawer", "detent")]
+QUICK = [("tin", "support-tilt"), ("pad", "hardening-stiffness"), ("hinge", "joint-spring"), ("drawer", "detent"), ("toss", "com-offset")]
 
 
 def cases(arguments):
@@ -54,7 +56,7 @@ def main():
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--clean", type=int, default=8)
     parser.add_argument("--each", type=int, default=1)
-    parser.add_argument("--quick", action="store_true", help="four effects and four clean captures; exit code 1 where one is not named or falsely so")
+    parser.add_argument("--quick", action="store_true", help="five effects and five clean captures; exit code 1 where one is not named or falsely so")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
     arguments = parser.parse_args()
     count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0)

@@ -2,7 +2,7 @@
 """Makes captures with MuJoCo as the world: a judge that shares no physics with the estimators.
 
     python mujoco_world.py OUT --kind tin|pad|stack|glued|hinge|drawer --seed N [--views]
-    python mujoco_world.py OUT --kind tin|pad|hinge|drawer --seed N --hide CAUSE[:STRENGTH][,CAUSE...]
+    python mujoco_world.py OUT --kind tin|pad|hinge|drawer|toss --seed N --hide CAUSE[:STRENGTH][,CAUSE...]
 
 Needs `mujoco` and `numpy` only. OUT becomes a capture folder (format palpate-capture/1) with the right
 answers in truth.json beside it. Masses, frictions, sizes, stiffnesses, joint axes and the noise are drawn
@@ -551,8 +551,12 @@ KINDS = dict(tin=tin, pad=pad, stack=stack, glued=glued, hinge=hinge, drawer=dra
 
 def write_hidden(options):
     """A capture with a hidden effect: known shapes, no views."""
-    import hidden_scenes
-    done, held, truth, meshes = hidden_scenes.make(options.kind, options.seed, options.hide)
+    if options.kind == "toss":
+        import toss_world
+        done, held, truth, meshes = toss_world.make(options.seed, options.hide)
+    else:
+        import hidden_scenes
+        done, held, truth, meshes = hidden_scenes.make(options.kind, options.seed, options.hide)
     out = options.out
     (out / "meshes").mkdir(parents=True, exist_ok=True)
     bodies = []
@@ -569,11 +573,13 @@ def write_hidden(options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--kind", choices=KINDS, required=True)
+    parser.add_argument("--kind", choices=[*KINDS, "toss"], required=True)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--views", action="store_true")
     parser.add_argument("--hide", metavar="CAUSE[:STRENGTH]", help="hide effects in the world or its sensors")
     options = parser.parse_args()
+    if options.kind == "toss":
+        options.hide = options.hide or "none"
     if options.hide:
         return write_hidden(options)
     rng = np.random.default_rng([options.seed, list(KINDS).index(options.kind)])

@@ -6,11 +6,20 @@ use std::collections::BTreeSet;
 use crate::twin::{Experiment, Finding};
 
 /// Sets of causes and the experiment that parts them.
-const PARTING: [(&[&str], &str); 12] = [
+const PARTING: [(&[&str], &str); 14] = [
     (
         &["bump", "friction-patch", "magnet"],
         "push across the same place in the opposite direction, then again with a known load on top: what resists both \
          ways is friction, what helps one way is a slope or a pull, and only a slope grows with the load",
+    ),
+    (
+        &["length-scale", "gravity-error", "clock-drift"],
+        "move the body by a length that a ruler gives, half a metre or more, and compare the track; film a second clock; then \
+         gravity is what is left",
+    ),
+    (
+        &["tracking-error", "gravity-error", "support-tilt"],
+        "lay a level on the support, and let the body hang from a thread in the view of the track: the thread is vertical",
     ),
     (
         &["support-tilt", "gravity-error"],

@@ -106,9 +106,9 @@ pub fn base_fit(traces: &[Trace]) -> BaseFit {
     };
     // Each quantity counts by its own signal: newtons and metres cannot be added.
     let unexplained = sums
-        .values()
-        .filter(|s| s.signal() > 0.0)
-        .map(|s| (s.excess() / s.signal()).powi(2))
+        .iter()
+        .filter(|(q, s)| s.signal() > 0.0 && **q != Quantity::Bounced)
+        .map(|(_, s)| (s.excess() / s.signal()).powi(2))
         .fold(0.0, f64::max)
         .min(1.0);
     BaseFit {
@@ -140,7 +140,9 @@ pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
         let allowed = match quantity {
             Quantity::Force | Quantity::Torque => (config.tolerance * s.signal()).max(reading),
             // The reconstructed surface itself may be off by a millimetre.
-            Quantity::Position => (config.tolerance * s.signal()).max(config.position_tolerance),
+            Quantity::Position | Quantity::Flight => (config.tolerance * s.signal()).max(config.position_tolerance),
+            // Impacts are chaotic: short windows judge them.
+            Quantity::Bounced => return true,
             Quantity::Rotation => (config.tolerance * s.signal()).max(config.rotation_tolerance),
         };
         s.excess() <= allowed.max(2.0 * s.floor() / s.count.sqrt())

@@ -11,11 +11,12 @@ use super::offset::centre_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
+use super::tosses::of_all_bodies;
 use super::white::whiteness;
 use super::{Config, Curve, Trace, asking, named};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
+use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -60,21 +61,23 @@ pub fn diagnose(
 ) -> Result<Diagnosed> {
     config.check()?;
     let (plain, mut findings) = centre_findings(capture, segmented, model);
-    let (experiments, joints) = name_causes(capture, segmented, model, config, &mut findings);
-    let predicted = |with: &Model, loads: &[Load]| -> Vec<Trace> {
+    let (experiments, curves) = name_causes(capture, segmented, model, config, &mut findings);
+    let predicted = |with: &Model, (loads, tosses): (&[Load], &[Trace])| -> Vec<Trace> {
         let of = |name: &str| segmented.iter().find(|s| s.interaction == name);
         let each = capture.interactions.iter();
         each.map(|i| or_load(trace_of(capture, i, of(&i.name), with), loads))
+            .map(|t| or_toss(t, tosses))
             .collect()
     };
-    let traces = predicted(model, &joints.full);
+    let traces = predicted(model, (&curves.full, &curves.full_tosses));
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces)
     } else {
-        base_fit(&predicted(&plain, &joints.plain))
+        base_fit(&predicted(&plain, (&curves.plain, &curves.plain_tosses)))
     };
     base.tests = whiteness(&traces);
+    base.tests.extend(curves.tests);
     let verdict = match verdict(&traces, config) {
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
         Verdict::Unknown if findings.is_empty() => Verdict::Unknown,
@@ -92,11 +95,14 @@ pub fn diagnose(
 /// The curve of an interaction, by its name.
 type Load = (String, Curve);
 
-/// Loads of joints as the plain and the extended model foretell them.
+/// Loads of joints and tosses as the plain and the extended model foretell them.
 #[derive(Default)]
 struct Loads {
     plain: Vec<Load>,
     full: Vec<Load>,
+    plain_tosses: Vec<Trace>,
+    full_tosses: Vec<Trace>,
+    tests: Vec<Evidence>,
 }
 
 /// A trace without curves takes those of a joint's load, where there are any.
@@ -109,6 +115,12 @@ fn or_load(mut trace: Trace, loads: &[Load]) -> Trace {
         }
     }
     trace
+}
+
+/// A toss is foretold by its own family.
+fn or_toss(trace: Trace, tosses: &[Trace]) -> Trace {
+    let own = tosses.iter().find(|t| t.interaction == trace.interaction);
+    own.cloned().unwrap_or(trace)
 }
 
 /// Below this probability a finding's name is one of several.
@@ -144,6 +156,14 @@ fn name_causes(
         loads
             .full
             .extend(joint.iter().flat_map(|m| m.curves(&ladder.full)).map(owned));
+    }
+    for tosses in of_all_bodies(capture, model) {
+        let Some(ladder) = climb(&tosses, config) else { continue };
+        untestable.extend(ladder.untestable.iter().map(|law| tosses.laws()[*law].cause));
+        findings.extend(named::findings(&tosses, &ladder));
+        loads.plain_tosses.extend(tosses.traces(&ladder.plain));
+        loads.tests.extend(tosses.hinge());
+        loads.full_tosses.extend(tosses.traces(&ladder.full));
     }
     let of_joints = joint_findings(model, findings);
     findings.extend(of_joints);

@@ -167,6 +167,16 @@ pub trait Family: Sync {
     /// Covariates of a group's samples, for profiles: name, unit, values over all channels (NaN where not defined).
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)>;
 
+    /// The kind of channel that a law is about, on which its gain is measured.
+    fn about(&self, _law: usize) -> usize {
+        0
+    }
+
+    /// What is known beforehand of how common a law is, nats of evidence: it decides between laws that do as well.
+    fn head_start(&self, _law: usize) -> f64 {
+        0.0
+    }
+
     fn groups(&self) -> &[Group] {
         &self.sheet().groups
     }

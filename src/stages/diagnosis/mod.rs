@@ -26,6 +26,9 @@ mod push_states;
 mod pushes;
 mod slide;
 mod slope;
+mod toss_curves;
+mod toss_laws;
+mod tosses;
 mod trace;
 mod white;
 

@@ -33,7 +33,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             .find(|o| o.cause == law.cause)
             .map_or(1.0, |o| o.probability);
         // A tare fitted anew would take the place of what is wrong with the sensor.
-        let gain = gain(family, &before, &after, law.place != "sensor");
+        let gain = gain(family, &before, &after, family.about(taken.law), law.place != "sensor");
         // What makes held-out interactions worse is no cause, however well it fits.
         if !gain.held_out.is_empty() && gain.reduction < WORSE {
             continue;
@@ -44,7 +44,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             probability: own,
             alternatives: odds.into_iter().filter(|o| o.cause != law.cause).collect(),
             parameters: estimates(family, &ladder.full, taken.law),
-            evidence: std::iter::once(evidence(law, taken))
+            evidence: std::iter::once(evidence(family, taken))
                 .chain(profile(family, &before))
                 .collect(),
             gain,
@@ -128,6 +128,11 @@ fn odds(family: &dyn Family, taken: &Taken) -> Vec<CauseOdds> {
     odds
 }
 
+/// The prior of a law as evidence that is as much worth in the odds, nats.
+pub fn head_start(law: &Law) -> f64 {
+    TEMPERATURE * prior(law).ln()
+}
+
 /// Where the same data look the same, the commoner cause is the likelier.
 fn prior(law: &Law) -> f64 {
     match law.cause {
@@ -138,9 +143,12 @@ fn prior(law: &Law) -> f64 {
     }
 }
 
-fn evidence(law: &Law, taken: &Taken) -> Evidence {
+fn evidence(family: &dyn Family, taken: &Taken) -> Evidence {
+    let law = &family.laws()[taken.law];
+    let about = family.kinds().get(family.about(taken.law));
+    let quantity = about.map_or("force", |k| k.quantity.name());
     Evidence {
-        residual: "force over all interactions".into(),
+        residual: format!("{quantity} over all interactions"),
         test: "log evidence over the model without it".into(),
         statistic: taken.gain,
         p_value: (-taken.gain).exp().min(1.0),
@@ -165,7 +173,7 @@ pub fn left(family: &dyn Family, fit: &Fit, group: usize, anew: bool) -> Vec<f64
 }
 
 /// Error on held-out interactions before and after; on the fitted ones where none was held out.
-fn gain(family: &dyn Family, before: &Fit, after: &Fit, anew: bool) -> Gain {
+fn gain(family: &dyn Family, before: &Fit, after: &Fit, kind: usize, anew: bool) -> Gain {
     let held: Vec<usize> = (0..family.groups().len())
         .filter(|g| family.groups()[*g].held_out)
         .collect();
@@ -178,10 +186,11 @@ fn gain(family: &dyn Family, before: &Fit, after: &Fit, anew: bool) -> Gain {
     let error = |fit: &Fit| {
         let (mut square, mut total) = (0.0, 0.0);
         for g in &on {
-            // The first kind of channel is the one that laws are about.
-            let own = family.groups()[*g].channels.first().map_or(0, |c| c.measured.len());
+            // One kind of channel is the one that the law is about.
+            let channels = family.groups()[*g].channels.iter();
+            let own = channels.flat_map(|c| std::iter::repeat_n(c.kind == kind, c.measured.len()));
             let rows = left(family, fit, *g, anew).into_iter().zip(weights(family, *g));
-            for (e, w) in rows.take(own) {
+            for ((e, w), _) in rows.zip(own).filter(|(_, own)| *own) {
                 square += (w * e).powi(2);
                 total += w * w;
             }
@@ -189,8 +198,8 @@ fn gain(family: &dyn Family, before: &Fit, after: &Fit, anew: bool) -> Gain {
         (square / total.max(1e-30)).sqrt()
     };
     let (rmse_before, rmse_after) = (error(before), error(after));
-    let floor = family.kinds().first().map_or(0.0, |k| k.sigma);
-    let quantity = family.kinds().first().map_or(super::Quantity::Force, |k| k.quantity);
+    let floor = family.kinds().get(kind).map_or(0.0, |k| k.sigma);
+    let quantity = family.kinds().get(kind).map_or(super::Quantity::Force, |k| k.quantity);
     let above = |x: f64| (x * x - floor * floor).max(0.0).sqrt();
     let reduction = if above(rmse_before) > 0.0 {
         1.0 - above(rmse_after) / above(rmse_before)

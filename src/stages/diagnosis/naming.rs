@@ -97,7 +97,8 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
             plain = full.clone();
         }
         let mut found = fitted(family, &full, &scored);
-        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let rank = |c: &Candidate| c.gain + family.head_start(c.law);
+        found.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
         let Some(best) = found.iter().find(|c| c.stands()).cloned() else {
             break;
         };

@@ -11,6 +11,7 @@ use super::predict::trace_of;
 use crate::base::Estimate;
 use crate::capture::{Capture, Interaction, Segmented};
 use crate::geometry::mass_properties;
+use crate::stages::estimation::TOSS_METHOD;
 use crate::twin::{Evidence, Finding, Gain, Link, Model};
 
 /// Misfit of the centroid, chi squared of the axes that were measured, from which on it counts: p below 3e-7.
@@ -52,7 +53,10 @@ struct Offset {
 
 impl Offset {
     fn of(link: &Link, model: &Model) -> Option<Self> {
-        let com = link.com.as_ref().filter(|c| c.is_measured())?;
+        let com = link
+            .com
+            .as_ref()
+            .filter(|c| c.is_measured() && c.method != TOSS_METHOD)?;
         let mesh = model.meshes.get(link.mesh.as_ref()?)?;
         let centroid = mass_properties(mesh)?.centroid;
         let (low, high) = mesh.bounds()?;

@@ -34,7 +34,7 @@ pub fn trace_of(capture: &Capture, interaction: &Interaction, segmented: Option<
     let outcome = match (interaction.kind, action) {
         (Kind::Hold, _) => hold(&scene),
         (Kind::Tilt, _) => tilt(&scene),
-        (Kind::Toss, _) => Err("tosses are not predicted yet".into()),
+        (Kind::Toss, _) => Err("what is thrown has no shape, or no flight was tracked with its orientation".into()),
         (_, None) => Err("the tool or its path is missing".into()),
         (Kind::Push | Kind::Pull, Some(action)) => slide_curves(&scene, &action),
         (Kind::Lift, Some(action)) => lift(&scene, &action),

@@ -15,6 +15,10 @@ pub enum Quantity {
     Position,
     /// rad.
     Rotation,
+    /// m, of a thrown body over the rest of its flight.
+    Flight,
+    /// m, of a thrown body after its first bounce, foretold in one go: impacts are chaotic.
+    Bounced,
 }
 
 impl Quantity {
@@ -25,6 +29,8 @@ impl Quantity {
             Self::Torque => "torque",
             Self::Position => "position",
             Self::Rotation => "rotation",
+            Self::Flight => "position-in-flight",
+            Self::Bounced => "position-after-bounce",
         }
     }
 
@@ -33,7 +39,7 @@ impl Quantity {
         match self {
             Self::Force => "N",
             Self::Torque => "N·m",
-            Self::Position => "m",
+            Self::Position | Self::Flight | Self::Bounced => "m",
             Self::Rotation => "rad",
         }
     }

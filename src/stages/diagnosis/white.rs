@@ -1,7 +1,7 @@
 //! Whether what is left looks like noise.
 
-use super::Trace;
 use super::compare::pairs;
+use super::{Quantity, Trace};
 use crate::math::ljung_box;
 use crate::twin::Evidence;
 
@@ -11,7 +11,8 @@ const LAGS: usize = 20;
 pub fn whiteness(traces: &[Trace]) -> Vec<Evidence> {
     let mut found = Vec::new();
     for trace in traces {
-        for curve in &trace.curves {
+        // After a bounce what is left is chaos, not colour.
+        for curve in trace.curves.iter().filter(|c| c.quantity != Quantity::Bounced) {
             let residual: Vec<f64> = pairs(curve).map(|(m, p)| m - p).collect();
             if residual.len() < 3 * LAGS {
                 continue;

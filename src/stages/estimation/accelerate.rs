@@ -27,7 +27,9 @@ const WORTH: f64 = 0.15;
 /// Largest turn of the body, rad: more, and its centre and torsion take part.
 const TURN: f64 = 0.12;
 /// Largest misfit, in variances of the track, that still counts as explained.
-const MISFIT: f64 = 6.0;
+const MISFIT: f64 = 12.0;
+/// Relative doubt for every standard deviation of the track by which the law misses beyond noise.
+const FORM: f64 = 0.015;
 /// Delay between force and track that is allowed for (1 sd), s.
 const LATE: f64 = 2e-3;
 /// Rows of the track that are compared at most.
@@ -54,13 +56,15 @@ pub(super) fn accelerated(
     let memory = run.position.len() as f64 * 2.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - 7.0).max(1.0);
     let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
-    let own = (fit.sd(0) * wide).hypot(config.model_form);
+    // What the law leaves unexplained may pull at both numbers in a way that no inflation of noise tells.
+    let form = config.model_form.hypot(FORM * (misfit - 1.0).max(0.0).sqrt());
+    let own = (fit.sd(0) * wide).hypot(form);
     let inertial = inertia(&run, &fit, mass);
     let told = own < WORTH && misfit < MISFIT && inertial > INERTIAL * friction;
     told.then(|| Accelerated {
         interaction: interaction.name.clone(),
         mass: (mass, mass * own),
-        friction: (friction, friction * (fit.sd(1) * wide).hypot(config.model_form)),
+        friction: (friction, friction * (fit.sd(1) * wide).hypot(form)),
     })
 }
 

@@ -13,6 +13,7 @@ use super::materials::material_friction;
 use super::resolve::{Before, conclude};
 use super::share::share_out;
 use super::solid::solid_of;
+use super::toss::identify_tosses;
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
 use crate::twin::Model;
@@ -48,6 +49,7 @@ pub fn identify(
     joint_dynamics(capture, segmented, model, &ground, config, notices);
     fit_chains(capture, segmented, model, notices);
     fit_fingers(capture, segmented, model);
+    identify_tosses(capture, model, notices);
     Ok(())
 }
 

@@ -33,6 +33,7 @@ mod squeeze;
 mod surface;
 mod tilt;
 mod together;
+mod toss;
 
 pub use action::{action_of, first_rest, rest_pose, start_poses, support_normal};
 pub use calibrate::calibrate_friction;
@@ -42,3 +43,7 @@ pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table};
 pub use next_touch::{NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted};
 pub use replay::{replay_push, travel_direction};
+pub use toss::{
+    Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
+    conditions_of, flight_of, flying as sought_of_flights, rigid as sought_of_tosses, subjects as tossed_subjects,
+};

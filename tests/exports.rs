@@ -99,7 +99,11 @@ impl Builder {
         };
         let meshes = BTreeMap::new();
         Self {
-            model: Model { twin, meshes },
+            model: Model {
+                twin,
+                meshes,
+                textures: BTreeMap::new(),
+            },
         }
     }
 

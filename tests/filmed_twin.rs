@@ -92,7 +92,6 @@ fn a_filmed_flap_hangs_on_a_hinge() {
 }
 
 #[test]
-#[ignore = "the roll of its front plate is not seen: a screw is held likelier than a slide"]
 fn a_filmed_drawer_slides() {
     let (twin, report) = twin_of("filmed-drawer");
     let off = degrees_to(joint(&twin, "prismatic"), [1.0, 0.0, 0.0]);

@@ -39,6 +39,7 @@ fn model(capture: &Capture) -> Model {
             notices: Vec::new(),
         },
         meshes: BTreeMap::new(),
+        textures: BTreeMap::new(),
     }
 }
 

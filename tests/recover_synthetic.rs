@@ -235,6 +235,7 @@ fn model() -> Model {
             notices: Vec::new(),
         },
         meshes: BTreeMap::from([("box.obj".into(), box_mesh([0.05, 0.04, 0.02]))]),
+        textures: BTreeMap::new(),
     }
 }
 

@@ -89,6 +89,7 @@ fn model_of(capture: &Capture, boxes: &[(&str, [f64; 3])], joints: Vec<Joint>) -
             notices: Vec::new(),
         },
         meshes,
+        textures: BTreeMap::new(),
     }
 }
 

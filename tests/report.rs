@@ -306,10 +306,12 @@ fn run() -> Run {
         model: Model {
             twin: twin(),
             meshes: BTreeMap::from([("meshes/shape.obj".to_owned(), tetrahedron())]),
+            textures: BTreeMap::new(),
         },
         diagnosis: diagnosis(),
         traces: traces(),
         segmented: vec![segmented()],
+        snapshots: None,
         pictures: Vec::new(),
         seconds: vec![("shape", 12.345)],
     }

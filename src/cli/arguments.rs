@@ -82,6 +82,9 @@ pub enum Command {
         /// Edge of a voxel of the shape pass, m
         #[arg(long, default_value_t = 0.002)]
         voxel: f64,
+        /// What was learnt of other things by `palpate calibrate snapshots`: a new thing starts from it
+        #[arg(long)]
+        snapshot_prior: Option<PathBuf>,
         /// Write the seconds of each pass into the twin (it then differs from run to run)
         #[arg(long)]
         timings: bool,
@@ -194,6 +197,15 @@ pub enum Calibration {
         /// The folder of a capture with tilts
         capture: PathBuf,
         /// Where the entry goes (default: standard output)
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// A prior by shape and material from captures of snapshot pairs, for `palpate reconstruct --snapshot-prior`
+    Snapshots {
+        /// The folders of the captures
+        #[arg(required = true)]
+        captures: Vec<PathBuf>,
+        /// Where the prior goes (default: standard output)
         #[arg(long)]
         out: Option<PathBuf>,
     },

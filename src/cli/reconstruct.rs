@@ -8,11 +8,12 @@ use serde_json::json;
 
 use super::arguments::Common;
 use super::output;
-use crate::base::{Result, Seed, StagedFolder};
+use crate::base::{Result, Seed, StagedFolder, read_text};
 use crate::capture::{Capture, read_capture};
 use crate::export::export_all;
 use crate::pipeline::{Options, Pass, Run, build};
 use crate::report;
+use crate::stages::snapshots::LearntPrior;
 use crate::twin::{Link, read_twin, write_twin};
 
 /// What was asked for beyond the capture.
@@ -21,6 +22,7 @@ pub struct Request<'a> {
     pub resume: bool,
     pub voxel: f64,
     pub timings: bool,
+    pub snapshot_prior: Option<&'a Path>,
 }
 
 /// Reconstructs and says what came out.
@@ -50,6 +52,9 @@ fn options(common: &Common, request: &Request) -> Result<Options> {
     };
     options.shape.voxel = request.voxel;
     options.shape.check()?;
+    if let Some(path) = request.snapshot_prior {
+        options.snapshots.learnt = Some(LearntPrior::from_toml(&read_text(path)?)?);
+    }
     if !request.passes.is_empty() {
         options.passes = request
             .passes

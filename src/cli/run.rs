@@ -44,12 +44,14 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
             resume,
             voxel,
             timings,
+            snapshot_prior,
         } => {
             let request = reconstruct::Request {
                 passes,
                 resume: *resume,
                 voxel: *voxel,
                 timings: *timings,
+                snapshot_prior: snapshot_prior.as_deref(),
             };
             reconstruct::reconstruct(common, capture, out, &request)
         }

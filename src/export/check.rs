@@ -116,7 +116,7 @@ impl CheckReport {
         let load = |text: &str| load_urdf::load(&folder.join(file), text, root_pose);
         if let Some(got) = self.open(file, read_text(&folder.join(file)).and_then(|t| load(&t))) {
             self.compare(file, all, &got, TOLERANCE);
-            self.meshes(file, folder, &got);
+            self.named_files(file, folder, &got);
         }
     }
 
@@ -135,7 +135,7 @@ impl CheckReport {
         mine.parts.retain(|name, _| names.contains(name));
         mine.axes.retain(|name, _| joints.contains(name));
         self.compare(&file, &mine, &got, TOLERANCE);
-        self.meshes(&file, &folder.join("urdf"), &got);
+        self.named_files(&file, &folder.join("urdf"), &got);
     }
 
     fn mjcf(&mut self, folder: &Path, scene: &Scene, all: &Loaded) {
@@ -152,7 +152,7 @@ impl CheckReport {
             mine.axes.retain(|name, _| hold.motions.iter().all(|m| &m.name != name));
         }
         self.compare(file, &mine, &got, TOLERANCE);
-        self.meshes(file, folder, &got);
+        self.named_files(file, folder, &got);
     }
 
     fn glb(&mut self, folder: &Path, scene: &Scene, all: &Loaded) {
@@ -184,7 +184,7 @@ impl CheckReport {
         let loaded = read_text(&path).and_then(|t| load_sdf::load(&path, &t));
         if let Some(got) = self.open(file, loaded) {
             self.compare(file, all, &got, TOLERANCE);
-            self.meshes(file, folder, &got);
+            self.named_files(file, folder, &got);
         }
     }
 
@@ -201,9 +201,9 @@ impl CheckReport {
         }
     }
 
-    fn meshes(&mut self, file: &str, from: &Path, got: &Loaded) {
-        for mesh in &got.meshes {
-            self.require(from.join(mesh).is_file(), file, mesh, || "the mesh is not there".into());
+    fn named_files(&mut self, file: &str, from: &Path, got: &Loaded) {
+        for name in &got.files {
+            self.require(from.join(name).is_file(), file, name, || "the file is not there".into());
         }
     }
 

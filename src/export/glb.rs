@@ -15,6 +15,8 @@ use crate::twin::{JointKind, Model, SCENE_MESH};
 /// Name of the extension for bodies and joints.
 pub(super) const PHYSICS: &str = "KHR_physics_rigid_bodies";
 const SHAPES: &str = "KHR_implicit_shapes";
+/// Materials without an image; those with one follow.
+const PLAIN: usize = 2;
 /// Half edge and thickness of the slab that stands for the table, m.
 const SLAB: [f64; 2] = [0.5, 0.01];
 
@@ -23,6 +25,7 @@ struct Document {
     buffer: Buffer,
     nodes: Vec<Value>,
     meshes: Vec<Value>,
+    images: Vec<Value>,
     surfaces: Vec<Value>,
     joints: Vec<Value>,
 }
@@ -120,7 +123,16 @@ impl Document {
         let node = self.node(&part.name, pose);
         let visual = part.visual.as_ref().and_then(|p| model.meshes.get(p));
         if let Some(mesh) = visual.filter(|m| !m.triangles.is_empty()) {
-            let primitive = self.buffer.primitive(mesh, true, 0);
+            let texture = part.visual.as_ref().and_then(|p| model.textures.get(p));
+            let primitive = match texture.and_then(|t| Some((t, t.png()?))) {
+                Some((texture, png)) => {
+                    let image = self.buffer.image(&png);
+                    self.images
+                        .push(json!({ "name": part.name, "bufferView": image, "mimeType": "image/png" }));
+                    self.buffer.textured(mesh, texture, PLAIN + self.images.len() - 1)
+                }
+                None => self.buffer.primitive(mesh, true, 0),
+            };
             self.nodes[node]["mesh"] = json!(self.mesh(&part.name, primitive));
         }
         if !anchored {
@@ -200,6 +212,12 @@ impl Document {
             json!({ "doubleSided": true, "pbrMetallicRoughness":
                 { "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8 } })
         };
+        let mut materials = vec![plain(1.0, 1.0, 1.0), plain(0.6, 0.57, 0.52)];
+        for texture in 0..self.images.len() {
+            let mut material = plain(1.0, 1.0, 1.0);
+            material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": texture });
+            materials.push(material);
+        }
         let mut document = json!({
             "asset": { "version": "2.0", "generator": concat!("palpate ", env!("CARGO_PKG_VERSION")),
                        "extras": { "notes": notes, "gravity": scene.gravity.as_slice() } },
@@ -207,8 +225,15 @@ impl Document {
             "scene": 0, "scenes": [{ "name": scene.name, "nodes": [root] }], "nodes": self.nodes,
         });
         if !self.meshes.is_empty() {
-            document["materials"] = json!([plain(1.0, 1.0, 1.0), plain(0.6, 0.57, 0.52)]);
+            document["materials"] = Value::Array(materials);
             document["meshes"] = Value::Array(self.meshes);
+        }
+        if !self.images.is_empty() {
+            let each = (0..self.images.len()).map(|source| json!({ "source": source, "sampler": 0 }));
+            document["textures"] = each.collect();
+            // Linear, clamped to the edge, no smaller copies: the gutters are two pixels.
+            document["samplers"] = json!([{ "magFilter": 9729, "minFilter": 9729, "wrapS": 33071, "wrapT": 33071 }]);
+            document["images"] = Value::Array(self.images);
         }
         self.buffer.container(document)
     }

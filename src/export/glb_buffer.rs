@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, Origin, Texture};
 
 /// Accessors and buffer views as they are filled.
 #[derive(Default)]
@@ -20,20 +20,60 @@ const UNSIGNED_INT: u32 = 5125;
 const UNSIGNED_SHORT: u32 = 5123;
 
 impl Buffer {
+    /// Adds a mesh with its image's places; returns its only primitive. The colours of its vertices are left out, for
+    /// they would tint the image. Vertices stand once for each place: glTF has one list for both.
+    pub(super) fn textured(&mut self, mesh: &Mesh, texture: &Texture, material: usize) -> Value {
+        let vertices = texture.vertices(&mesh.triangles);
+        let at = |v: &u32| *v as usize;
+        let apart = Mesh {
+            vertices: vertices.iter().map(|v| mesh.vertices[at(v)]).collect(),
+            triangles: texture.corners.clone(),
+            ..Mesh::default()
+        };
+        let normals = vertex_normals(mesh);
+        let origins = mesh.origins();
+        let mut attributes = json!({
+            "POSITION": self.positions(&apart),
+            "NORMAL": self.normals(vertices.iter().map(|v| normals[at(v)])),
+            "TEXCOORD_0": self.places(&texture.places),
+        });
+        if mesh.seen.len() == mesh.vertices.len() {
+            attributes["_SEEN"] = json!(self.origins(vertices.iter().map(|v| origins[at(v)])));
+        }
+        self.triangles(&apart, attributes, material)
+    }
+
+    /// Places from the image's upper left corner, as glTF has them.
+    fn places(&mut self, places: &[[f64; 2]]) -> usize {
+        let each = places.iter().flat_map(|p| [p[0] as f32, (1.0 - p[1]) as f32]);
+        let bytes: Vec<u8> = each.flat_map(f32::to_le_bytes).collect();
+        let view = self.view(&bytes, Some(ARRAY_BUFFER));
+        self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": places.len(), "type": "VEC2" }))
+    }
+
+    /// Adds an image file; returns its view.
+    pub(super) fn image(&mut self, png: &[u8]) -> usize {
+        self.view(png, None)
+    }
+
     /// Adds a mesh; returns its only primitive. `with_looks` adds normals and colours.
     pub(super) fn primitive(&mut self, mesh: &Mesh, with_looks: bool, material: usize) -> Value {
         let mut attributes = json!({ "POSITION": self.positions(mesh) });
         if with_looks {
-            attributes["NORMAL"] = json!(self.normals(mesh));
+            attributes["NORMAL"] = json!(self.normals(vertex_normals(mesh).into_iter()));
             if mesh.colors.len() == mesh.vertices.len() {
                 attributes["COLOR_0"] = json!(self.colors(&mesh.colors));
             }
             if mesh.seen.len() == mesh.vertices.len() {
-                attributes["_SEEN"] = json!(self.origins(mesh));
+                attributes["_SEEN"] = json!(self.origins(mesh.origins().into_iter()));
             }
         }
+        self.triangles(mesh, attributes, material)
+    }
+
+    fn triangles(&mut self, mesh: &Mesh, attributes: Value, material: usize) -> Value {
         let indices: Vec<u8> = mesh.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
-        let view = self.view(&indices, ELEMENT_ARRAY_BUFFER);
+        let view = self.view(&indices, Some(ELEMENT_ARRAY_BUFFER));
         let count = mesh.triangles.len() * 3;
         let indices = self.accessor(json!({
             "bufferView": view, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR"
@@ -50,18 +90,15 @@ impl Buffer {
                 .fold(first, |m, p| std::array::from_fn(|k| pick(m[k], p[k])))
         };
         let (min, max) = (bound(f32::min), bound(f32::max));
-        let view = self.view(&flat(&points), ARRAY_BUFFER);
+        let view = self.view(&flat(&points), Some(ARRAY_BUFFER));
         self.accessor(json!({
             "bufferView": view, "componentType": FLOAT, "count": points.len(), "type": "VEC3", "min": min, "max": max
         }))
     }
 
-    fn normals(&mut self, mesh: &Mesh) -> usize {
-        let normals: Vec<[f32; 3]> = vertex_normals(mesh)
-            .iter()
-            .map(|n| [n.x as f32, n.y as f32, n.z as f32])
-            .collect();
-        let view = self.view(&flat(&normals), ARRAY_BUFFER);
+    fn normals(&mut self, normals: impl Iterator<Item = Vector3<f64>>) -> usize {
+        let normals: Vec<[f32; 3]> = normals.map(|n| [n.x as f32, n.y as f32, n.z as f32]).collect();
+        let view = self.view(&flat(&normals), Some(ARRAY_BUFFER));
         self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": normals.len(), "type": "VEC3" }))
     }
 
@@ -72,25 +109,28 @@ impl Buffer {
             .flat_map(|c| [linear(c[0]), linear(c[1]), linear(c[2]), u16::MAX])
             .flat_map(u16::to_le_bytes)
             .collect();
-        let view = self.view(&bytes, ARRAY_BUFFER);
+        let view = self.view(&bytes, Some(ARRAY_BUFFER));
         self.accessor(json!({
             "bufferView": view, "componentType": UNSIGNED_SHORT, "normalized": true, "count": colors.len(), "type": "VEC4"
         }))
     }
 
     /// 1 where the surface was seen, 0.5 where it was mirrored, 0 where it was closed.
-    fn origins(&mut self, mesh: &Mesh) -> usize {
-        let origins = mesh.origins();
-        let bytes: Vec<u8> = origins.iter().flat_map(|o| o.trust().to_le_bytes()).collect();
-        let view = self.view(&bytes, ARRAY_BUFFER);
-        self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": origins.len(), "type": "SCALAR" }))
+    fn origins(&mut self, origins: impl Iterator<Item = Origin>) -> usize {
+        let bytes: Vec<u8> = origins.flat_map(|o| o.trust().to_le_bytes()).collect();
+        let view = self.view(&bytes, Some(ARRAY_BUFFER));
+        let count = bytes.len() / 4;
+        self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": "SCALAR" }))
     }
 
-    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
+    fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let offset = self.bytes.len();
         self.bytes.extend_from_slice(bytes);
-        let view = json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len(), "target": target });
+        let mut view = json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() });
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
         self.views.push(view);
         self.views.len() - 1
     }

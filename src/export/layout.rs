@@ -10,7 +10,7 @@ use super::surface::{DEFAULT_FRICTION, surface_of};
 use super::unsayable::unsayable;
 use crate::base::{Error, Estimate, Result};
 use crate::geometry::Mesh;
-use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind, SUPPORT};
+use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind, SUPPORT, texture_path};
 
 /// Range of a slide whose ends were never reached and whose travel is unknown, m.
 const DEFAULT_TRAVEL: [f64; 2] = [-1.0, 1.0];
@@ -94,6 +94,7 @@ fn in_tree_order(body: &Body) -> Result<Vec<(&Link, Option<&Joint>)>> {
 
 fn part_of(model: &Model, link: &Link, joint: Option<&Joint>, tree: &Tree, names: (&mut Names, &mut Names)) -> Part {
     let mesh = link.mesh.as_ref().and_then(|path| model.meshes.get(path));
+    let textured = link.mesh.as_ref().filter(|path| model.textures.contains_key(*path));
     let inertial = inertial_of(link, mesh);
     let world_from_part = part_frame(link, joint);
     let link_origin = world_from_part
@@ -110,6 +111,7 @@ fn part_of(model: &Model, link: &Link, joint: Option<&Joint>, tree: &Tree, names
         inertia: inertial.inertia,
         assumed: inertial.assumed,
         visual: mesh.and(link.mesh.clone()),
+        texture: textured.map(|path| texture_path(path)),
         flat: mesh.is_some_and(|m| !has_volume(m)),
         hulls: solid_paths(model, link),
         color: mean_color(mesh),

@@ -17,8 +17,10 @@ pub(super) fn load(file: &Path, text: &str) -> Result<Loaded> {
     }
     let reader = Mjcf { file };
     let mut out = Loaded::default();
-    for asset in root.children("asset").flat_map(|a| a.children("mesh")) {
-        out.meshes.push(reader.text(asset, "file")?.to_string());
+    for tag in ["mesh", "texture"] {
+        for asset in root.children("asset").flat_map(|a| a.children(tag)) {
+            out.files.push(reader.text(asset, "file")?.to_string());
+        }
     }
     for body in root.children("worldbody").flat_map(|w| w.children("body")) {
         reader.body(body, &Isometry3::identity(), &mut out)?;

@@ -46,8 +46,11 @@ impl Sdf<'_> {
             places.insert(name, world);
             let shapes = link.children("visual").chain(link.children("collision"));
             for mesh in shapes.filter_map(|s| s.child("geometry")?.child("mesh")) {
-                out.meshes.push(self.child(mesh, "uri")?.text().to_string());
+                out.files.push(self.child(mesh, "uri")?.text().to_string());
             }
+            let materials = link.children("visual").filter_map(|v| v.child("material"));
+            let images = materials.filter_map(|m| m.child("pbr")?.child("metal")?.child("albedo_map"));
+            out.files.extend(images.map(|i| i.text().to_string()));
         }
         for joint in model.children("joint").filter(|j| j.child("axis").is_some()) {
             let axis = self.axis(joint, &places)?;

@@ -27,9 +27,12 @@ pub(super) fn load(file: &Path, text: &str, world_from_root: impl Fn(&str) -> Is
         let shapes = link.visual.iter().map(|v| &v.geometry);
         for geometry in shapes.chain(link.collision.iter().map(|c| &c.geometry)) {
             if let Geometry::Mesh { filename, .. } = geometry {
-                out.meshes.push(filename.clone());
+                out.files.push(filename.clone());
             }
         }
+        let materials = link.visual.iter().filter_map(|v| v.material.as_ref());
+        let images = materials.filter_map(|m| m.texture.as_ref());
+        out.files.extend(images.map(|t| t.filename.clone()));
     }
     for joint in &robot.joints {
         let world = worlds[&joint.child.link];

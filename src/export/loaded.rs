@@ -13,8 +13,8 @@ use crate::twin::{Link, Model};
 pub(super) struct Loaded {
     pub(super) parts: BTreeMap<String, Solid>,
     pub(super) axes: BTreeMap<String, Axis>,
-    /// Mesh paths as the file names them.
-    pub(super) meshes: Vec<String>,
+    /// Paths of meshes and images as the file names them.
+    pub(super) files: Vec<String>,
 }
 
 /// A part's matter, world frame at the first view.

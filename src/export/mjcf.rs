@@ -54,6 +54,13 @@ fn assets(scene: &Scene) -> Element {
         if let Some(path) = &part.visual {
             asset.push(mesh(format!("{}_visual", part.name), path, "shell"));
         }
+        if let Some(image) = &part.texture {
+            let name = format!("{}_colors", part.name);
+            let texture = Element::new("texture").with("name", &name).with("type", "2d");
+            asset.push(texture.with("file", image));
+            let material = Element::new("material").with("name", &name).with("texture", &name);
+            asset.push(material.with("specular", "0.1").with("shininess", "0.1"));
+        }
         for (k, path) in part.hulls.iter().enumerate() {
             asset.push(mesh(format!("{}_hull_{k}", part.name), path, "convex"));
         }
@@ -140,9 +147,12 @@ fn geoms(part: &Part) -> Vec<Element> {
         let visual = geom(name.clone(), name)
             .with("group", "2")
             .with("contype", "0")
-            .with("conaffinity", "0")
-            .with("rgba", numbers(&[r, g, b, 1.0]));
-        geoms.push(visual);
+            .with("conaffinity", "0");
+        // A colour of the geom would overrule its material.
+        geoms.push(match &part.texture {
+            Some(_) => visual.with("material", format!("{}_colors", part.name)),
+            None => visual.with("rgba", numbers(&[r, g, b, 1.0])),
+        });
     }
     for k in 0..part.hulls.len() {
         let name = format!("{}_hull_{k}", part.name);

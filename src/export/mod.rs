@@ -26,6 +26,7 @@ mod surface;
 mod unsayable;
 mod urdf;
 mod usd;
+mod usd_looks;
 mod write;
 mod xml;
 

@@ -63,6 +63,8 @@ pub(super) struct Part {
     pub(super) inertia: Matrix3<f64>,
     pub(super) assumed: Vec<&'static str>,
     pub(super) visual: Option<String>,
+    /// Path of the visual mesh's image, where its colours were seen.
+    pub(super) texture: Option<String>,
     /// The visual mesh lies in a plane.
     pub(super) flat: bool,
     pub(super) hulls: Vec<String>,

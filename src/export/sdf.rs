@@ -129,8 +129,13 @@ fn link(part: &Part, twin: &Model) -> Element {
             .holding(Element::new("geometry").holding(mesh))
     };
     if let Some(path) = part.visual.as_ref().filter(|_| !part.flat) {
-        let [r, g, b] = part.color;
-        let material = Element::new("material").holding(leaf("diffuse", numbers(&[r, g, b, 1.0])));
+        let [r, g, b] = part.texture.as_ref().map_or(part.color, |_| [1.0; 3]);
+        let mut material = Element::new("material").holding(leaf("diffuse", numbers(&[r, g, b, 1.0])));
+        if let Some(image) = &part.texture {
+            let metal = Element::new("metal").holding(leaf("albedo_map", image));
+            let rough = metal.holding(leaf("metalness", "0")).holding(leaf("roughness", "0.8"));
+            material.push(Element::new("pbr").holding(rough));
+        }
         link.push(shape("visual", format!("{}_visual", part.name), path).holding(material));
     }
     for (k, path) in part.hulls.iter().enumerate() {

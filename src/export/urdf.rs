@@ -88,11 +88,15 @@ fn link(part: &Part, meshes: &str) -> Element {
         Element::new("geometry").holding(mesh)
     };
     if let Some(path) = part.visual.as_ref().filter(|_| !part.flat) {
-        let [r, g, b] = part.color;
+        // Readers multiply the image by the colour.
+        let [r, g, b] = part.texture.as_ref().map_or(part.color, |_| [1.0; 3]);
         let color = Element::new("color").with("rgba", numbers(&[r, g, b, 1.0]));
-        let material = Element::new("material")
+        let mut material = Element::new("material")
             .with("name", format!("{}_color", part.name))
             .holding(color);
+        if let Some(image) = &part.texture {
+            material.push(Element::new("texture").with("filename", format!("{meshes}{image}")));
+        }
         let visual = Element::new("visual").holding(place()).holding(mesh(path));
         link.push(visual.holding(material));
     }

@@ -11,7 +11,6 @@ use super::scene::{Attachment, Motion, Part, PartId, Scene, Tree};
 use super::urdf::upright_to;
 use super::xml::number;
 use crate::base::Estimate;
-use crate::geometry::Mesh;
 use crate::twin::{Joint, JointKind, Link, Model};
 
 /// Joints move in degrees.
@@ -30,6 +29,7 @@ pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
     physics_scene(&mut out, scene);
     for (_, part) in scene.parts() {
         material(&mut out, part);
+        out.colors(part);
     }
     support(&mut out, scene);
     for tree in &scene.trees {
@@ -43,18 +43,18 @@ pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
 }
 
 #[derive(Default)]
-struct Usda {
+pub(super) struct Usda {
     text: String,
-    depth: usize,
+    pub(super) depth: usize,
 }
 
 impl Usda {
-    fn line(&mut self, text: &str) {
+    pub(super) fn line(&mut self, text: &str) {
         let _ = writeln!(self.text, "{}{text}", "    ".repeat(self.depth));
     }
 
     /// Opens a prim with its applied schemas and the lines of its custom data.
-    fn open(&mut self, head: &str, schemas: &[&str], data: &[String]) {
+    pub(super) fn open(&mut self, head: &str, schemas: &[&str], data: &[String]) {
         if schemas.is_empty() && data.is_empty() {
             self.line(head);
         } else {
@@ -78,7 +78,7 @@ impl Usda {
         self.depth += 1;
     }
 
-    fn close(&mut self) {
+    pub(super) fn close(&mut self) {
         self.depth -= 1;
         self.line("}");
     }
@@ -126,9 +126,7 @@ impl Usda {
         self.line(&format!("float3 physics:diagonalInertia = {}", triple(&moments)));
         self.line(&format!("quatf physics:principalAxes = {}", quaternion(&axes)));
         if let Some(mesh) = part.visual.as_ref().and_then(|p| model.meshes.get(p)) {
-            self.open(&format!("def Mesh \"{}_visual\"", part.name), &[], &[]);
-            self.mesh(mesh, &part.link_origin);
-            self.close();
+            self.visual(part, mesh, model);
         }
         for (k, mesh) in part.hulls.iter().filter_map(|p| model.meshes.get(p)).enumerate() {
             let schemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI", "MaterialBindingAPI"];
@@ -141,30 +139,6 @@ impl Usda {
             self.close();
         }
         self.close();
-    }
-
-    fn mesh(&mut self, mesh: &Mesh, origin: &Vector3<f64>) {
-        let join = |list: Vec<String>| list.join(", ");
-        let points = mesh.vertices.iter().map(|v| triple(&(v.coords + origin))).collect();
-        let corners = mesh.triangles.iter().flatten().map(u32::to_string).collect();
-        self.line("uniform token subdivisionScheme = \"none\"");
-        self.line(&format!("point3f[] points = [{}]", join(points)));
-        self.line(&format!(
-            "int[] faceVertexCounts = [{}]",
-            join(vec!["3".into(); mesh.triangles.len()])
-        ));
-        self.line(&format!("int[] faceVertexIndices = [{}]", join(corners)));
-        if mesh.colors.len() == mesh.vertices.len() && !mesh.colors.is_empty() {
-            let color = |c: &[u8; 3]| triple(&Vector3::from(c.map(linear)));
-            let colors = mesh.colors.iter().map(color).collect();
-            let head = "color3f[] primvars:displayColor";
-            self.line(&format!(
-                "{head} = [{}] (\n{}interpolation = \"vertex\"",
-                join(colors),
-                "    ".repeat(self.depth + 1)
-            ));
-            self.line(")");
-        }
     }
 
     /// Frames of a joint on its two bodies; the first may be the world.
@@ -370,18 +344,7 @@ fn x_onto(axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI))
 }
 
-/// sRGB byte to linear light (IEC 61966-2-1).
-fn linear(byte: u8) -> f64 {
-    let c = f64::from(byte) / 255.0;
-    let light = if c <= 0.04045 {
-        c / 12.92
-    } else {
-        ((c + 0.055) / 1.055).powf(2.4)
-    };
-    (light * 1e4).round() / 1e4
-}
-
-fn triple(v: &Vector3<f64>) -> String {
+pub(super) fn triple(v: &Vector3<f64>) -> String {
     format!("({}, {}, {})", number(v.x), number(v.y), number(v.z))
 }
 

@@ -1,5 +1,6 @@
 //! Shapes: meshes, distance fields, hulls, triangulations. No material, no camera.
 
+mod atlas;
 mod blocks;
 mod closing;
 mod components;
@@ -21,8 +22,10 @@ mod simplify;
 mod smooth;
 pub mod solids;
 mod superquadric;
+mod texture;
 mod topology;
 
+pub use atlas::{Atlas, Texel, cover_triangle};
 pub use blocks::{BLOCK, BLOCK_SAMPLES, Block, BlockGrid, UNIT_SAMPLES, Unit, unit_of};
 pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
 pub use components::{
@@ -43,4 +46,5 @@ pub use silhouette::{Silhouette, silhouette};
 pub use simplify::simplify;
 pub use smooth::smooth;
 pub use superquadric::{SuperquadricFit, superquadric_fit};
+pub use texture::Texture;
 pub use topology::{TopologyFault, components, edges, euler_characteristic, is_closed_manifold};

@@ -12,6 +12,7 @@ mod press;
 mod push;
 mod quasistatic;
 mod slide;
+pub mod tabletop;
 mod tilt;
 mod tumble;
 mod tumble_contact;

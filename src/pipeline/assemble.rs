@@ -29,7 +29,7 @@ fn file_stem(name: &str) -> String {
 
 /// One rigid body for every thing that was seen, tracked or known, with its meshes.
 pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
-    let mut meshes = BTreeMap::new();
+    let (mut meshes, mut textures) = (BTreeMap::new(), BTreeMap::new());
     let mut bodies = Vec::new();
     for object in shapes.objects {
         let stem = file_stem(&object.name);
@@ -38,6 +38,9 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
         link.superquadric = object.superquadric;
         let path = format!("meshes/{stem}.obj");
         meshes.insert(path.clone(), object.mesh);
+        if let Some(texture) = object.texture {
+            textures.insert(path.clone(), texture);
+        }
         link.mesh = Some(path);
         for (k, part) in object.collision.into_iter().enumerate() {
             let path = format!("meshes/{stem}.collision-{k}.obj");
@@ -66,7 +69,7 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
         },
         notices: Vec::new(),
     };
-    Model { twin, meshes }
+    Model { twin, meshes, textures }
 }
 
 /// Draws the principal views of every link, in the frame of its symmetry; path in the twin's folder and PNG.

@@ -5,7 +5,7 @@ use super::{Options, Pass, assemble};
 use crate::base::{Notices, Progress, Result, Stopwatch};
 use crate::capture::{Capture, Segmented};
 use crate::stages::diagnosis::Trace;
-use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape};
+use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape, snapshots};
 use crate::twin::{Diagnosis, Model};
 
 /// A finished run, ready to be exported and shown.
@@ -19,6 +19,8 @@ pub struct Run {
     pub traces: Vec<Trace>,
     /// The interactions cut into phases.
     pub segmented: Vec<Segmented>,
+    /// What snapshot pairs told, where the capture holds nothing else.
+    pub snapshots: Option<snapshots::Snapshots>,
     /// Silhouettes of the principal views, path in the twin's folder and PNG.
     pub pictures: Vec<(String, Vec<u8>)>,
     /// Wall seconds of each pass.
@@ -37,6 +39,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         shapes = shape::reconstruct_with(capture, &options.shape, &symmetries.finder(), &mut notices)?;
         followed = Some(shape::follow(capture, &mut shapes, &options.shape, &mut notices)?);
         shape::furnish(&mut shapes, &options.shape, &mut notices);
+        shape::bake(capture, &mut shapes, &options.shape);
     }
     let capture = followed.as_ref().map_or(capture, |f| f.capture.as_ref());
     let mut model = assemble::model(capture, shapes, options);
@@ -56,8 +59,10 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     }
     clock.lap("articulation");
 
+    let mut seen_before_and_after = None;
     if options.runs(Pass::Physics) {
         estimation::identify(capture, &segmented, &mut model, &options.estimation, &mut notices)?;
+        seen_before_and_after = snapshots::infer(capture, &mut model, &options.snapshots, options.seed, &mut notices)?;
     }
     clock.lap("physics");
 
@@ -67,10 +72,13 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     }
     clock.lap("relations");
 
-    let diagnosed = if options.runs(Pass::Diagnosis) {
-        diagnosis::diagnose(capture, &segmented, &model, &options.diagnosis, &mut notices)?
-    } else {
-        diagnosis::Diagnosed::skipped()
+    let diagnosed = match &seen_before_and_after {
+        _ if !options.runs(Pass::Diagnosis) => diagnosis::Diagnosed::skipped(),
+        Some(snapshots) if !snapshots.things.is_empty() => diagnosis::Diagnosed {
+            diagnosis: snapshots.diagnosis(),
+            ..diagnosis::Diagnosed::skipped()
+        },
+        _ => diagnosis::diagnose(capture, &segmented, &model, &options.diagnosis, &mut notices)?,
     };
     clock.lap("diagnosis");
 
@@ -82,6 +90,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         diagnosis,
         traces,
         segmented,
+        snapshots: seen_before_and_after,
         pictures,
         seconds: clock.laps,
     })

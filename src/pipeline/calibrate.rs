@@ -1,9 +1,10 @@
 //! Calibration from captures: the same segmentation as in a reconstruction, no twin.
 
 use super::Options;
-use super::assemble;
-use crate::base::{Notices, Result};
+use super::{Pass, assemble, build};
+use crate::base::{Error, Notices, Progress, Result, Seed};
 use crate::capture::Capture;
+use crate::stages::snapshots::{LearntPrior, Seen};
 use crate::stages::{estimation, interaction, shape};
 
 /// An entry of `calibration/materials.toml` from the tilts of a capture.
@@ -12,4 +13,24 @@ pub fn calibrate_friction(capture: &Capture, notices: &mut Notices) -> Result<St
     let model = assemble::model(capture, shape::Shapes::default(), &options);
     let segmented = interaction::segment(capture, &model, &options.interaction, notices)?;
     estimation::calibrate_friction(capture, &segmented, &options.estimation, notices)
+}
+
+/// A prior by shape and material from captures of snapshot pairs, for things of their kind.
+pub fn learn_snapshots(captures: &[Capture], seed: Seed) -> Result<LearntPrior> {
+    let options = Options {
+        seed,
+        passes: vec![Pass::Shape, Pass::Physics],
+        ..Options::default()
+    };
+    let mut seen: Vec<Seen> = Vec::new();
+    for capture in captures {
+        let run = build(capture, &options, &Progress::silent())?;
+        seen.extend(run.snapshots.into_iter().flat_map(|s| s.things).map(|t| t.seen));
+    }
+    if seen.is_empty() {
+        return Err(Error::Failed(
+            "no capture held snapshot pairs of a thing that a tool moved".into(),
+        ));
+    }
+    Ok(LearntPrior::from_seen(&seen))
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::Pass;
 use crate::base::Seed;
-use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape, symmetry};
+use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape, snapshots, symmetry};
 
 /// How to run; the defaults need no change.
 #[derive(Clone, Debug)]
@@ -25,6 +25,8 @@ pub struct Options {
     pub interaction: interaction::Config,
     /// Physics pass.
     pub estimation: estimation::Config,
+    /// Inference from snapshot pairs, in the physics pass.
+    pub snapshots: snapshots::Config,
     /// Relations pass.
     pub relations: relations::Config,
     /// Articulation pass.
@@ -43,6 +45,7 @@ impl Default for Options {
             symmetry: symmetry::Config::default(),
             interaction: interaction::Config::default(),
             estimation: estimation::Config::default(),
+            snapshots: snapshots::Config::default(),
             relations: relations::Config::default(),
             articulation: articulation::Config::default(),
             diagnosis: diagnosis::Config::default(),
@@ -66,6 +69,7 @@ impl Options {
             ("symmetry".into(), stage(format!("{:?}", self.symmetry))),
             ("interaction".into(), stage(format!("{:?}", self.interaction))),
             ("estimation".into(), stage(format!("{:?}", self.estimation))),
+            ("snapshots".into(), stage(format!("{:?}", self.snapshots))),
             ("relations".into(), stage(format!("{:?}", self.relations))),
             ("articulation".into(), stage(format!("{:?}", self.articulation))),
             ("diagnosis".into(), stage(format!("{:?}", self.diagnosis))),

@@ -9,6 +9,9 @@ use crate::stages::diagnosis::Trace;
 
 /// One foldable block per interaction, those that were held out unfolded.
 pub fn section(capture: &Capture, run: &Run) -> String {
+    if run.traces.is_empty() && run.snapshots.is_some() {
+        return String::new();
+    }
     if run.traces.is_empty() {
         let said =
             "<p class=\"muted\">Nothing was compared: the diagnosis was not run, or there was no interaction.</p>\n";

@@ -17,5 +17,6 @@ mod replay;
 mod rows;
 mod scale;
 mod scene;
+mod snapshots;
 
 pub use page::render;

@@ -6,4 +6,5 @@ pub mod estimation;
 pub mod interaction;
 pub mod relations;
 pub mod shape;
+pub mod snapshots;
 pub mod symmetry;

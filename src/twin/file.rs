@@ -6,17 +6,26 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::obj::{parse_obj, write_obj};
+use super::obj::{Looks, parse_mtl, parse_obj, write_mtl, write_obj};
 use super::{DIAGNOSIS_FORMAT, Diagnosis, FORMAT, Model, SCENE_MESH, Truth, Twin};
-use crate::base::{Error, Result, StagedFolder, read_text};
-use crate::geometry::Mesh;
+use crate::base::{Error, Result, StagedFolder, read_bytes, read_text};
+use crate::geometry::{Mesh, Texture};
 
 /// Name of the file that holds the twin; the sign that a folder is one.
 pub const TWIN_FILE: &str = "twin.json";
 /// Name of the file that holds the diagnosis.
 pub const DIAGNOSIS_FILE: &str = "diagnosis.json";
 
-/// Writes `twin.json`, `diagnosis.json` and every mesh of `model` into `folder`.
+/// Path of the image of the mesh at `path`, where it has one: beside it, `.png`.
+pub fn texture_path(path: &str) -> String {
+    with_ending(path, "png")
+}
+
+fn with_ending(path: &str, ending: &str) -> String {
+    format!("{}.{ending}", path.strip_suffix(".obj").unwrap_or(path))
+}
+
+/// Writes `twin.json`, `diagnosis.json` and every mesh of `model` into `folder`, with its image where it has one.
 ///
 /// # Errors
 /// Where a file cannot be written.
@@ -24,7 +33,15 @@ pub fn write_twin(folder: &StagedFolder, model: &Model, diagnosis: &Diagnosis) -
     folder.write(TWIN_FILE, &pretty(&model.twin)?)?;
     folder.write(DIAGNOSIS_FILE, &pretty(diagnosis)?)?;
     for (path, mesh) in &model.meshes {
-        folder.write(path, write_obj(mesh).as_bytes())?;
+        let library = with_ending(path, "mtl");
+        let image = model.textures.get(path).and_then(|t| Some((t, t.png()?)));
+        let textured = image.as_ref().map(|(texture, _)| (*texture, file_name(&library)));
+        folder.write(path, write_obj(mesh, textured).as_bytes())?;
+        if let Some((_, png)) = &image {
+            let picture = texture_path(path);
+            folder.write(&library, write_mtl(file_name(&picture)).as_bytes())?;
+            folder.write(&picture, png)?;
+        }
     }
     Ok(())
 }
@@ -37,16 +54,20 @@ pub fn read_twin(folder: &Path) -> Result<(Model, Diagnosis)> {
     let twin_path = folder.join(TWIN_FILE);
     let twin: Twin = read_json(&twin_path, FORMAT)?;
     let diagnosis = read_json(&folder.join(DIAGNOSIS_FILE), DIAGNOSIS_FORMAT)?;
-    let mut meshes = BTreeMap::new();
+    let (mut meshes, mut textures) = (BTreeMap::new(), BTreeMap::new());
     for (_, link) in twin.links() {
         for path in link.mesh.iter().chain(&link.collision) {
-            meshes.insert(path.clone(), read_mesh(&twin_path, folder, path)?);
+            let (mesh, looks) = read_mesh(&twin_path, folder, path)?;
+            meshes.insert(path.clone(), mesh);
+            if let Some(texture) = read_texture(folder, path, looks)? {
+                textures.insert(path.clone(), texture);
+            }
         }
     }
     if folder.join(SCENE_MESH).is_file() {
-        meshes.insert(SCENE_MESH.into(), read_mesh(&twin_path, folder, SCENE_MESH)?);
+        meshes.insert(SCENE_MESH.into(), read_mesh(&twin_path, folder, SCENE_MESH)?.0);
     }
-    let model = Model { twin, meshes };
+    let model = Model { twin, meshes, textures };
     model
         .twin
         .sanity_check()
@@ -64,12 +85,12 @@ pub fn read_truth(path: &Path) -> Result<(Truth, BTreeMap<String, Mesh>)> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let mut meshes = BTreeMap::new();
     for mesh in truth.bodies.values().filter_map(|b| b.mesh.as_ref()) {
-        meshes.insert(mesh.clone(), read_mesh(path, folder, mesh)?);
+        meshes.insert(mesh.clone(), read_mesh(path, folder, mesh)?.0);
     }
     Ok((truth, meshes))
 }
 
-fn read_mesh(named_in: &Path, folder: &Path, path: &str) -> Result<Mesh> {
+fn read_mesh(named_in: &Path, folder: &Path, path: &str) -> Result<(Mesh, Looks)> {
     let inside = !Path::new(path).is_absolute() && path.split(['/', '\\']).all(|part| part != "..");
     if !inside {
         return Err(Error::bad_input(named_in, "mesh", path, "a path inside the folder"));
@@ -84,6 +105,32 @@ fn read_mesh(named_in: &Path, folder: &Path, path: &str) -> Result<Mesh> {
         ));
     }
     parse_obj(&file, &read_text(&file)?)
+}
+
+/// The image that the mesh at `path` names by its library, which must stand beside it.
+fn read_texture(folder: &Path, path: &str, looks: Looks) -> Result<Option<Texture>> {
+    let Some(library) = looks.library else { return Ok(None) };
+    let beside = |name: &str, named_in: &Path| {
+        let file = named_in.with_file_name(name);
+        if name.contains(['/', '\\']) || !file.is_file() {
+            return Err(Error::bad_input(named_in, "material", name, "a file beside it"));
+        }
+        Ok(file)
+    };
+    let library = beside(&library, &folder.join(path))?;
+    let text = read_text(&library)?;
+    let Some(image) = parse_mtl(&text) else {
+        return Ok(None);
+    };
+    let image = beside(image, &library)?;
+    let mut texture = looks.texture;
+    let png = texture.set_png(&read_bytes(&image)?);
+    png.map_err(|e| Error::bad_input(&image, "content", e, "a PNG image"))?;
+    Ok(Some(texture))
+}
+
+fn file_name(path: &str) -> &str {
+    path.rsplit('/').next().unwrap_or(path)
 }
 
 fn pretty(value: &impl Serialize) -> Result<Vec<u8>> {

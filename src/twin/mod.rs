@@ -19,7 +19,7 @@ mod truth;
 pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed};
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
-pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, write_twin};
+pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, texture_path, write_twin};
 pub use joint::{Joint, JointAlternative, JointKind};
 pub use model::{FORMAT, Model, Provenance, SCENE_MESH, SupportPlane, TrackFromImages, Twin};
 pub use relation::{Relation, RelationKind, SUPPORT};

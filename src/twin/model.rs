@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Body, Joint, Link, Relation};
 use crate::base::Notice;
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, Texture};
 
 /// The value of `format` in `twin.json`.
 pub const FORMAT: &str = "palpate-twin/1";
@@ -93,6 +93,8 @@ pub struct Model {
     pub twin: Twin,
     /// Path relative to the twin's folder → mesh in the link frame.
     pub meshes: BTreeMap<String, Mesh>,
+    /// Path of a mesh → the colours that were seen on it.
+    pub textures: BTreeMap<String, Texture>,
 }
 
 impl Twin {

@@ -282,7 +282,11 @@ mod tests {
             notices: Vec::new(),
         };
         let meshes = BTreeMap::from([("meshes/base.obj".to_string(), cube(0.102))]);
-        Model { twin, meshes }
+        Model {
+            twin,
+            meshes,
+            textures: BTreeMap::new(),
+        }
     }
 
     fn diagnosis(cause: &str) -> Diagnosis {

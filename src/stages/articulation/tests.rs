@@ -114,6 +114,7 @@ fn nothing_seen() -> Model {
             notices: Vec::new(),
         },
         meshes: BTreeMap::new(),
+        textures: BTreeMap::new(),
     }
 }
 

@@ -206,7 +206,11 @@ impl Chain {
         let meshes = paths
             .filter_map(|p| Some((p.clone(), model.meshes.get(&p)?.clone())))
             .collect();
-        Some(Model { twin, meshes })
+        Some(Model {
+            twin,
+            meshes,
+            textures: BTreeMap::new(),
+        })
     }
 
     /// Friction force of every link that bears, N, in the order of root and children.

@@ -133,6 +133,7 @@ fn alone(model: &Model, link: &Link) -> Option<Model> {
     let mut small = Model {
         twin: model.twin.clone(),
         meshes: Default::default(),
+        textures: Default::default(),
     };
     small.twin.bodies.retain(|b| b.name == link.name);
     let path = link.mesh.as_ref()?;

@@ -51,7 +51,7 @@ pub(super) fn joint_dynamics(
         let parted = part(capture, segmented, &joint, model, ground, config);
         let mut found = conclude(&trials, drag, parted, &joint, notices);
         if let Some(driven) = drive_of(capture, segmented, &joint, model) {
-            write_drive(&driven, &joint, model, &mut found, notices);
+            write_drive(&driven, &joint, model, &mut found, config.model_form, notices);
         }
         for body in &mut model.twin.bodies {
             for target in body
@@ -66,10 +66,18 @@ pub(super) fn joint_dynamics(
 }
 
 /// A slide whose inertia shows: mass of the child, friction and damping of the joint.
-fn write_drive(driven: &Drive, joint: &Joint, model: &mut Model, found: &mut Dynamics, notices: &mut Notices) {
+fn write_drive(
+    driven: &Drive,
+    joint: &Joint,
+    model: &mut Model,
+    found: &mut Dynamics,
+    form: f64,
+    notices: &mut Notices,
+) {
+    // The law of friction and damping may itself be off by a share, which no stretch of the recording shows.
     let estimate = |v: [f64; 3], unit: &str| {
-        Estimate::measured(v[0], v[1], unit, driven.from.clone(), "joint-drive")
-            .with_interval([v[0] - v[2], v[0] + v[2]])
+        let (sd, half) = (v[1].hypot(form * v[0]), v[2].hypot(1.96 * form * v[0]));
+        Estimate::measured(v[0], sd, unit, driven.from.clone(), "joint-drive").with_interval([v[0] - half, v[0] + half])
     };
     found.0 = Some(estimate(driven.friction, "N"));
     found.1 = Some(estimate(driven.damping, "N·s/m"));

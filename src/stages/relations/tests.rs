@@ -97,6 +97,7 @@ fn model(shift_of_top: [f64; 3]) -> Model {
             notices: Vec::new(),
         },
         meshes,
+        textures: BTreeMap::new(),
     }
 }
 

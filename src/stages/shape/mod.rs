@@ -1,6 +1,7 @@
 //! `reconstruct`: depth views in, closed coloured meshes standing on the support out.
 
 mod anchor;
+mod bake;
 mod belief;
 mod complete;
 mod config;
@@ -31,6 +32,7 @@ mod walls;
 mod tests;
 
 pub use crate::geometry::{Mesh, Silhouette};
+pub use bake::bake;
 pub use complete::FindSymmetry;
 pub use config::Config;
 pub use free::FreeSpace;

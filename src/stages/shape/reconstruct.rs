@@ -18,7 +18,7 @@ use super::volume::Volume;
 use super::walls::clear_walls;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
-use crate::geometry::{BlockGrid, Mesh, grid_surface, parse_mesh, simplify, submesh};
+use crate::geometry::{BlockGrid, Mesh, Texture, grid_surface, parse_mesh, simplify, submesh};
 use crate::twin::{Superquadric, SupportPlane, Symmetry};
 
 /// Most blocks of a sparse field: bounds its memory near 200 MB.
@@ -59,6 +59,8 @@ pub struct ShapedObject {
     pub collision: Vec<Mesh>,
     /// A superquadric that stands for the shape; left out here.
     pub superquadric: Option<Superquadric>,
+    /// The colours that the views show on the mesh; left out here, and void once the mesh changes.
+    pub texture: Option<Texture>,
 }
 
 /// Fuses the views, finds the table, separates the things, closes and colours their meshes.
@@ -340,6 +342,7 @@ fn place(anchor: Option<Pose>, name: String, mut mesh: Mesh, world_from_field: &
         seen,
         collision: Vec::new(),
         superquadric: None,
+        texture: None,
     }
 }
 
@@ -378,6 +381,7 @@ fn given_meshes(
             seen: 1.0,
             collision: Vec::new(),
             superquadric: None,
+            texture: None,
         });
     }
     Ok(objects)

@@ -138,6 +138,7 @@ mod tests {
             mesh,
             seen: 1.0,
             superquadric: None,
+            texture: None,
         }
     }
 

@@ -269,6 +269,7 @@ fn replace(shapes: &mut Shapes, name: &str, parts: [Mesh; 2]) {
             )),
             collision: Vec::new(),
             superquadric: None,
+            texture: None,
         };
         shapes.objects.insert(at + k, object);
     }

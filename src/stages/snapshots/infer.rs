@@ -1,0 +1,258 @@
+//! The verb: from snapshots to parameters, predictions of what was held out, and what is left open.
+
+use nalgebra::Vector2;
+use rand_distr::{Distribution, StandardNormal, StudentT};
+
+use super::Config;
+use super::bench::Bench;
+use super::effects::{Effect, Gaussian, energy_distance};
+use super::gather::{STAGE, gather, holds_snapshots_only};
+use super::learnt::{Seen, ShapeClass};
+use super::posterior::{Marginal, Posterior, posterior};
+use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
+use super::search::Search;
+use super::space::{DIMENSIONS, Scores, Space};
+use super::write::write_link;
+use crate::base::{Notices, Result, Seed, Status, rng_for};
+use crate::capture::Capture;
+use crate::math::{chi_squared_tail, quantile};
+use crate::physics::tabletop::Coefficients;
+use crate::twin::Model;
+
+/// Draws of the posterior by which predictions are made.
+const DRAWS: usize = 48;
+/// Share of the optimiser's budget that goes to space-filling points.
+const FIRST: f64 = 0.25;
+
+/// Infers friction and its companions from snapshot pairs and writes them into the links of `model`. Nothing where the
+/// capture holds other tracks as well, or nothing that a tool moved.
+pub fn infer(
+    capture: &Capture,
+    model: &mut Model,
+    config: &Config,
+    seed: Seed,
+    notices: &mut Notices,
+) -> Result<Option<Snapshots>> {
+    config.check()?;
+    if !holds_snapshots_only(capture) {
+        return Ok(None);
+    }
+    let benches = gather(capture, model, config, notices)?;
+    let mut things = Vec::new();
+    for bench in benches.values() {
+        let known = capture.support.as_ref().and_then(|s| s.friction);
+        let plain = Space::new(
+            config,
+            known.map(|f| (f.kinetic, f.kinetic_sd.unwrap_or(0.05 * f.kinetic))),
+        );
+        let material = capture.prior(&bench.name).and_then(|b| b.material.as_deref());
+        let shape = ShapeClass::of(&bench.solid);
+        let mut space = config
+            .learnt
+            .as_ref()
+            .map_or(plain, |l| l.apply(plain, shape, material));
+        if known.is_some() {
+            space.priors[0] = plain.priors[0];
+        }
+        let Some((mut thing, posterior)) = study(bench, &space, config, seed) else {
+            notices.warn(STAGE, &bench.name, "every trial was held out: nothing is left to fit");
+            continue;
+        };
+        write_link(capture, model, bench, &space, &posterior, &thing, config, seed, notices);
+        thing.seen.material = material.map(str::to_owned);
+        thing.weighed = model
+            .twin
+            .link(&bench.name)
+            .and_then(|l| l.mass.as_ref())
+            .is_some_and(|m| m.status != Status::Assumed);
+        things.push(thing);
+    }
+    Ok(Some(Snapshots { things }))
+}
+
+/// Search, posterior and predictions of one thing; nothing where no trial may be fitted.
+pub fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -> Option<(ThingResult, Posterior)> {
+    let fitted = bench.fitted();
+    if fitted.is_empty() {
+        return None;
+    }
+    let search = optimise(
+        bench,
+        space,
+        config,
+        seed,
+        Search::new(seed, (FIRST * config.evaluations as f64) as usize),
+    );
+    let mut order: Vec<_> = search.evaluations.iter().collect();
+    order.sort_by(|a, b| a.divergence.total_cmp(&b.divergence));
+    let guesses: Vec<Scores> = order.iter().take(4).map(|e| e.at).collect();
+    let found = posterior(bench, space, config, &guesses, seed)?;
+    let marginals = std::array::from_fn(|k| found.marginal(space, k));
+    let best = order.first().map_or([0.0; DIMENSIONS], |e| e.at);
+    let values = |at: &Scores| std::array::from_fn(|k| space.priors[k].value(at[k]));
+    let steps = steps(bench, space, config, &search, seed);
+    let groups = (0..bench.groups.len())
+        .map(|g| predict(bench, g, space, &found, seed))
+        .collect();
+    let points = config.points * (config.rounds + 1);
+    let simulated = search.evaluations.len() * config.simulations
+        + points * draws_of(fitted.len(), config.simulations) * fitted.len();
+    let thing = ThingResult {
+        name: bench.name.clone(),
+        groups,
+        search: steps,
+        marginals,
+        before: values(&[0.0; DIMENSIONS]),
+        fixed: marginals.map(|m| m.contraction < config.contraction),
+        seen: Seen {
+            shape: ShapeClass::of(&bench.solid),
+            material: None,
+            told: std::array::from_fn(|k| told(&marginals[k], marginals[k].contraction < config.contraction)),
+        },
+        weighed: false,
+        best: values(&best),
+        share: found.share,
+        effective: found.effective,
+        simulated,
+    };
+    Some((thing, found))
+}
+
+/// The logarithm of a parameter with its standard deviation, where the data fix it.
+fn told(m: &Marginal, fixed: bool) -> Option<(f64, f64)> {
+    fixed.then(|| (m.median.ln(), (m.ci95[1] / m.ci95[0]).ln() / (2.0 * 1.96)))
+}
+
+fn draws_of(trials: usize, simulations: usize) -> usize {
+    (simulations / trials.max(1)).clamp(2, 64)
+}
+
+/// Spread below which no effect is believed to repeat, m.
+pub(super) fn floor(bench: &Bench) -> f64 {
+    (std::f64::consts::SQRT_2 * bench.place_sd).max(2e-3)
+}
+
+/// The mean divergence of the measured from the simulated effects over the groups that are held out, or that are not.
+pub(super) fn divergence(
+    bench: &Bench,
+    point: &Coefficients,
+    held_out: bool,
+    config: &Config,
+    seed: Seed,
+    round: usize,
+) -> Option<f64> {
+    let groups: Vec<usize> = (0..bench.groups.len())
+        .filter(|g| bench.groups[*g].held_out == held_out)
+        .collect();
+    let trials: usize = groups.iter().map(|g| bench.of_group(*g).len()).sum();
+    let draws = draws_of(trials, config.simulations);
+    let each: Vec<f64> = groups
+        .iter()
+        .filter_map(|g| {
+            let measured = Gaussian::of(&bench.measured(*g), floor(bench))?;
+            let simulated = Gaussian::of(&bench.effects(*g, point, draws, seed, round), floor(bench))?;
+            Some(measured.divergence(&simulated))
+        })
+        .collect();
+    (!each.is_empty()).then(|| each.iter().sum::<f64>() / each.len() as f64)
+}
+
+/// Goes on with a search until its budget is spent.
+pub fn optimise(bench: &Bench, space: &Space, config: &Config, seed: Seed, mut search: Search) -> Search {
+    while search.evaluations.len() < config.evaluations {
+        let (at, by) = search.ask();
+        let round = search.evaluations.len() + 1;
+        let Some(value) = divergence(bench, &space.coefficients(&at), false, config, seed, round) else {
+            break;
+        };
+        search.tell(at, value, by);
+    }
+    search
+}
+
+/// The course of the search, with the held-out divergence wherever it improved.
+fn steps(bench: &Bench, space: &Space, config: &Config, search: &Search, seed: Seed) -> Vec<SearchStep> {
+    let mut least = f64::INFINITY;
+    let mut out = Vec::new();
+    for (number, e) in search.evaluations.iter().enumerate() {
+        let improved = e.divergence < least;
+        least = least.min(e.divergence);
+        let point = space.coefficients(&e.at);
+        let test = improved
+            .then(|| divergence(bench, &point, true, config, seed, number + 1))
+            .flatten();
+        out.push(SearchStep {
+            train: e.divergence,
+            test,
+            improved,
+            values: std::array::from_fn(|k| space.priors[k].value(e.at[k])),
+        });
+    }
+    out
+}
+
+/// What the posterior predicts of a group, beside what was measured and what the prior's medians give.
+fn predict(bench: &Bench, group: usize, space: &Space, posterior: &Posterior, seed: Seed) -> GroupResult {
+    let trials = bench.of_group(group);
+    let measured = bench.measured(group);
+    let (at_prior, _) = drawn(bench, group, space, &Posterior::prior(DRAWS), seed);
+    let (all, means) = drawn(bench, group, space, posterior, seed);
+    let of = |samples: &[Effect]| Gaussian::of(samples, floor(bench));
+    let kl = |s: &[Effect]| of(&measured).zip(of(s)).map_or(f64::NAN, |(r, s)| r.divergence(&s));
+    let axis =
+        |k: usize, share: f64| quantile(&all.iter().map(|e| e[k]).collect::<Vec<_>>(), share).unwrap_or(f64::NAN);
+    let mean = measured.iter().sum::<Effect>() / measured.len().max(1) as f64;
+    let p_value = Gaussian::of(&means, 1e-4).map_or(f64::NAN, |g| chi_squared_tail(g.distance2(&mean), 2.0));
+    GroupResult {
+        group: bench.groups[group].clone(),
+        interactions: trials.iter().map(|i| bench.trials[*i].name.clone()).collect(),
+        divergence: [kl(&at_prior), kl(&all)],
+        energy: [energy_distance(&measured, &at_prior), energy_distance(&measured, &all)],
+        predicted_mean: means.iter().sum::<Effect>() / means.len().max(1) as f64,
+        interval: [0, 1].map(|k| [axis(k, 0.025), axis(k, 0.975)]),
+        p_value,
+        measured,
+        at_prior,
+        at_posterior: all,
+    }
+}
+
+/// Effects of a group's trials at draws of a posterior, with noise and with the error of the simulation itself, and the
+/// mean of each replicate of the group.
+fn drawn(bench: &Bench, group: usize, space: &Space, posterior: &Posterior, seed: Seed) -> (Vec<Effect>, Vec<Effect>) {
+    let trials = bench.of_group(group);
+    let points: Vec<Coefficients> = posterior.draw(DRAWS).iter().map(|p| space.coefficients(p)).collect();
+    let found = bench.outcomes(&trials, &points, 1, seed, group + 1);
+    let mut rng = rng_for(seed, &format!("snapshots/predict/{}/{group}", bench.name));
+    let noise = 2.0 * bench.place_sd.powi(2);
+    let (mut all, mut means) = (Vec::new(), Vec::new());
+    for by_trial in &found {
+        // Half of the simulation's error is shared by the trials of a replicate, half is each trial's own.
+        let mut bell = || {
+            let heavy: f64 = StudentT::new(4.0).map_or(0.0, |t| t.sample(&mut rng));
+            heavy
+        };
+        let common = Vector2::new(bell(), bell());
+        let effects: Vec<Effect> = by_trial
+            .iter()
+            .flatten()
+            .map(|(effect, _)| {
+                let off = posterior.share * effect.norm() * std::f64::consts::FRAC_1_SQRT_2;
+                let own = Vector2::new(bell(), bell());
+                effect + (common + own) * off
+            })
+            .collect();
+        let sd = noise.sqrt();
+        let effects: Vec<Effect> = effects
+            .iter()
+            .map(|e| {
+                let x: f64 = StandardNormal.sample(&mut rng);
+                let y: f64 = StandardNormal.sample(&mut rng);
+                e + Vector2::new(x, y) * sd
+            })
+            .collect();
+        means.push(effects.iter().sum::<Effect>() / effects.len().max(1) as f64);
+        all.extend(effects);
+    }
+    (all, means)
+}

@@ -1,0 +1,212 @@
+//! The search for the least divergence: Bayesian optimisation with three acquisitions under GP-Hedge.
+//!
+//! Expected improvement, probability of improvement and lower confidence bound each propose a point; one of them is
+//! taken with odds `softmax(eta g)`, where the gain `g` of each falls by what the refitted process expects at its own
+//! proposal (Hoffman, Brochu and de Freitas 2011; Lima et al. 2019, section III B).
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Continuous, ContinuousCDF, Normal};
+
+use super::process::Process;
+use super::space::{DIMENSIONS, Scores};
+use crate::base::{Seed, rng_for};
+
+/// Scores beyond this are not searched.
+const EDGE: f64 = 2.5;
+/// Points at which the acquisitions are compared.
+const CANDIDATES: usize = 400;
+/// Trade of the lower confidence bound, and temper of the choice between the acquisitions.
+const BETA: f64 = 1.96;
+const ETA: f64 = 1.0;
+
+/// One evaluated point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Where, as standard normal scores under the prior.
+    pub at: Scores,
+    /// The divergence there, nats.
+    pub divergence: f64,
+    /// Which acquisition asked for it; `start` before there was a process.
+    pub asked_by: String,
+}
+
+/// A search under way; it can be written down after any evaluation and taken up again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Search {
+    /// What was evaluated, in order.
+    pub evaluations: Vec<Evaluation>,
+    /// Points that are evaluated before the process takes over.
+    pub first: usize,
+    gains: [f64; 3],
+    proposals: Option<[Scores; 3]>,
+    hyper: Option<Vec<f64>>,
+    seed: u64,
+}
+
+const ACQUISITIONS: [&str; 3] = ["EI", "PI", "LCB"];
+
+impl Search {
+    /// A new search that begins with `first` points of a space-filling sequence.
+    pub fn new(seed: Seed, first: usize) -> Self {
+        Self {
+            evaluations: Vec::new(),
+            first,
+            gains: [0.0; 3],
+            proposals: None,
+            hyper: None,
+            seed: seed.0,
+        }
+    }
+
+    /// The best point so far.
+    pub fn best(&self) -> Option<&Evaluation> {
+        self.evaluations
+            .iter()
+            .min_by(|a, b| a.divergence.total_cmp(&b.divergence))
+    }
+
+    /// The next point to evaluate, and which acquisition wants it.
+    pub fn ask(&mut self) -> (Scores, &'static str) {
+        let n = self.evaluations.len();
+        let process = (n >= self.first.max(2)).then(|| self.process()).flatten();
+        let Some(process) = process else {
+            return (start_point(n, self.seed), "start");
+        };
+        self.hyper = Some(process.hyper().to_vec());
+        if let Some(old) = self.proposals {
+            // Rewards on the scale of the values seen, so that the odds do not depend on their unit.
+            let (_, scale, _) = process.lengths();
+            for (gain, at) in self.gains.iter_mut().zip(&old) {
+                *gain -= process.predict(at).0 / scale.max(1e-9);
+            }
+        }
+        let mut rng = rng_for(Seed(self.seed), &format!("snapshots/search/{n}"));
+        let proposals = self.propose(&process, &mut rng);
+        let most = self.gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let odds = self.gains.map(|g| (ETA * (g - most)).exp());
+        let mut left = rng.random_range(0.0..odds.iter().sum::<f64>());
+        let chosen = odds.iter().position(|o| {
+            left -= o;
+            left <= 0.0
+        });
+        let chosen = chosen.unwrap_or(0);
+        self.proposals = Some(proposals);
+        (proposals[chosen], ACQUISITIONS[chosen])
+    }
+
+    /// Takes up what an evaluation gave.
+    pub fn tell(&mut self, at: Scores, divergence: f64, asked_by: &str) {
+        self.evaluations.push(Evaluation {
+            at,
+            divergence,
+            asked_by: asked_by.into(),
+        });
+    }
+
+    /// The process over the logarithm of 1 + divergence, which spans decades.
+    pub fn process(&self) -> Option<Process> {
+        let points: Vec<Vec<f64>> = self.evaluations.iter().map(|e| e.at.to_vec()).collect();
+        let values: Vec<f64> = self
+            .evaluations
+            .iter()
+            .map(|e| e.divergence.clamp(0.0, 1e9).ln_1p())
+            .collect();
+        Process::fit(&points, &values, self.hyper.as_deref())
+    }
+
+    /// Where each acquisition is best: candidates all over, and about the best point so far.
+    fn propose(&self, process: &Process, rng: &mut impl Rng) -> [Scores; 3] {
+        let least = self
+            .evaluations
+            .iter()
+            .map(|e| process.predict(&e.at).0)
+            .fold(f64::INFINITY, f64::min);
+        let best = self.best().map_or([0.0; DIMENSIONS], |e| e.at);
+        let mut found = [(f64::NEG_INFINITY, best); 3];
+        for i in 0..CANDIDATES {
+            let at: Scores = if i % 2 == 0 {
+                std::array::from_fn(|_| rng.random_range(-EDGE..EDGE))
+            } else {
+                let width = [0.6, 0.2, 0.05][i / 2 % 3];
+                std::array::from_fn(|k| {
+                    let z: f64 = StandardNormal.sample(rng);
+                    (best[k] + width * z).clamp(-EDGE, EDGE)
+                })
+            };
+            let values = acquisitions(process.predict(&at), least);
+            for (place, value) in found.iter_mut().zip(values) {
+                if value > place.0 {
+                    *place = (value, at);
+                }
+            }
+        }
+        found.map(|f| f.1)
+    }
+}
+
+/// EI, PI and the negative LCB of a prediction against the least mean so far.
+fn acquisitions((mean, sd): (f64, f64), least: f64) -> [f64; 3] {
+    let normal = Normal::standard();
+    let z = (least - mean) / sd;
+    let improvement = (least - mean) * normal.cdf(z) + sd * normal.pdf(z);
+    [improvement, z, -mean + BETA * sd]
+}
+
+/// The `n`-th point of a Halton sequence, shifted by the seed (Cranley and Patterson 1976), as normal scores.
+pub(super) fn start_point(n: usize, seed: u64) -> Scores {
+    let mut rng = rng_for(Seed(seed), "snapshots/halton");
+    let normal = Normal::standard();
+    std::array::from_fn(|k| {
+        let shift: f64 = rng.random_range(0.0..1.0);
+        let share = (radical_inverse(n as u64 + 1, [2, 3, 5, 7][k]) + shift).fract();
+        normal.inverse_cdf(share.clamp(0.005, 0.995))
+    })
+}
+
+fn radical_inverse(mut n: u64, base: u64) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / base as f64);
+    while n > 0 {
+        value += (n % base) as f64 * digit;
+        n /= base;
+        digit /= base as f64;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bowl(at: &Scores) -> f64 {
+        3.0 * (at[0] - 0.7).powi(2) + 0.5 * (at[2] + 0.4).powi(2)
+    }
+
+    fn run(search: &mut Search, until: usize) {
+        while search.evaluations.len() < until {
+            let (at, by) = search.ask();
+            search.tell(at, bowl(&at), by);
+        }
+    }
+
+    #[test]
+    fn it_finds_the_bottom_of_a_bowl() {
+        let mut search = Search::new(Seed(3), 10);
+        run(&mut search, 40);
+        let best = search.best().expect("some");
+        assert!(best.divergence < 0.03, "{best:?}");
+    }
+
+    #[test]
+    fn a_search_that_was_put_down_goes_on_as_if_it_had_not_been() {
+        let mut whole = Search::new(Seed(1), 8);
+        run(&mut whole, 20);
+        let mut parted = Search::new(Seed(1), 8);
+        run(&mut parted, 13);
+        let text = serde_json::to_string(&parted).expect("writes");
+        let mut again: Search = serde_json::from_str(&text).expect("reads");
+        run(&mut again, 20);
+        assert_eq!(whole, again);
+    }
+}

@@ -312,6 +312,7 @@ fn run() -> Run {
         diagnosis: diagnosis(),
         traces: traces(),
         segmented: vec![segmented()],
+        snapshots: None,
         pictures: Vec::new(),
         seconds: vec![("shape", 12.345)],
     }

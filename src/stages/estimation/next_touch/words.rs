@@ -3,7 +3,7 @@
 use super::belief::{Belief, State};
 use super::candidates::{Candidate, Way};
 use super::expected::information;
-use super::{Known, NextTouch, Scene, TouchChoice};
+use super::verb::{Known, NextTouch, Scene, TouchChoice};
 use crate::capture::{Kind, Touch};
 
 impl NextTouch {

@@ -172,6 +172,11 @@ pub trait Family: Sync {
         0
     }
 
+    /// Whether a law with these values is less than what the plain model itself may be off by.
+    fn negligible(&self, _law: usize, _values: &[f64]) -> bool {
+        false
+    }
+
     /// What is known beforehand of how common a law is, nats of evidence: it decides between laws that do as well.
     fn head_start(&self, _law: usize) -> f64 {
         0.0

@@ -97,6 +97,9 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
             plain = full.clone();
         }
         let mut found = fitted(family, &full, &scored);
+        // A candidate's own parameters are the last of its fit.
+        let own = |c: &Candidate| c.fit.theta[c.fit.theta.len() - family.laws()[c.law].parameters.len()..].to_vec();
+        found.retain(|c| !family.negligible(c.law, &own(c)));
         let rank = |c: &Candidate| c.gain + family.head_start(c.law);
         found.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
         let Some(best) = found.iter().find(|c| c.stands()).cloned() else {

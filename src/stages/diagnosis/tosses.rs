@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Scatter, Sheet};
 use super::fit::Fit;
 use super::named::head_start;
-use super::toss_laws::{TossLaw, base, movable, toss_laws};
+use super::toss_laws::{IMPACT, TossLaw, base, movable, toss_laws};
 use super::{Quantity, Trace};
 use crate::capture::Capture;
 use crate::math::{median, t_tail};
@@ -325,6 +325,11 @@ impl Family for Tosses {
 
     fn covariates(&self, _group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
         Vec::new()
+    }
+
+    fn negligible(&self, law: usize, values: &[f64]) -> bool {
+        let inertia = self.sheet.laws[law].cause == "nonuniform-density";
+        inertia && values.iter().all(|v| v.abs() < IMPACT)
     }
 
     fn head_start(&self, law: usize) -> f64 {

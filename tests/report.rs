@@ -303,7 +303,6 @@ fn segmented() -> Segmented {
 
 fn run() -> Run {
     Run {
-        snapshots: None,
         model: Model {
             twin: twin(),
             meshes: BTreeMap::from([("meshes/shape.obj".to_owned(), tetrahedron())]),

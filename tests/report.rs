@@ -303,6 +303,7 @@ fn segmented() -> Segmented {
 
 fn run() -> Run {
     Run {
+        snapshots: None,
         model: Model {
             twin: twin(),
             meshes: BTreeMap::from([("meshes/shape.obj".to_owned(), tetrahedron())]),

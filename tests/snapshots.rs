@@ -125,6 +125,9 @@ fn a_recorded_force_weighs_the_thing() {
     assert!(low <= truth && truth <= high, "{truth} is not in {low} to {high}");
 }
 
+/// A change of `capture.json`.
+type Change = fn(&mut Value);
+
 /// Changes `capture.json`.
 fn altered(capture: &Path, change: impl Fn(&mut Value)) {
     let path = capture.join("capture.json");
@@ -150,7 +153,7 @@ fn odd_captures_of_snapshots_break_nothing() {
         return;
     };
     let whole = fs::read_to_string(capture.join("capture.json")).expect("reads");
-    let changes: [(&str, fn(&mut Value)); 6] = [
+    let changes: [(&str, Change); 6] = [
         ("one without its path", |d| {
             d["interactions"][0]
                 .as_object_mut()

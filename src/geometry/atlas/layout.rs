@@ -233,8 +233,11 @@ mod tests {
                     let p = (0..3).map(|k| corners[k].coords * w[k]).sum::<Vector3<f64>>();
                     let [x, y] = [0, 1].map(|a| (0..3).map(|k| spots[k][a] * w[k]).sum::<f64>() as usize);
                     // At the rim of a chart the spot may lie in a texel of the gutter, beside one of its own.
-                    let beside = (0..9).filter_map(|n| texels[(y + n / 3 - 1) * atlas.width as usize + x + n % 3 - 1]);
-                    let texel = texels[y * atlas.width as usize + x].or(beside.last()).expect("a texel");
+                    let mut beside =
+                        (0..9).filter_map(|n| texels[(y + n / 3 - 1) * atlas.width as usize + x + n % 3 - 1]);
+                    let texel = texels[y * atlas.width as usize + x]
+                        .or_else(|| beside.next())
+                        .expect("a texel");
                     let there = mesh.corners(texel.triangle as usize);
                     let q = (0..3).map(|k| there[k].coords * texel.weights[k]).sum::<Vector3<f64>>();
                     assert!((p - q).norm() < 0.003, "{name}: {:?} for {:?}", q, p);

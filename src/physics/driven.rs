@@ -47,16 +47,25 @@ pub fn predict_driven_with_step(
                 row += 1;
             }
             let before = velocity;
-            let pushed = velocity + force_at(force, row, middle) * (h / body.mass);
-            // The impulse of friction at most stops it.
-            let left = 1.0 - body.friction * h / body.mass / pushed.norm().max(1e-300);
-            velocity = pushed * left.max(0.0);
+            velocity = after(body, &before, &force_at(force, row, middle), h);
             position += 0.5 * h * (before + velocity);
             t += h;
         }
         out.push(position);
     }
     out
+}
+
+/// The velocity a step `h` later: Heun's rule for the direction of friction, near rest the impulse that at most stops it.
+fn after(body: &Driven, before: &Vector2<f64>, force: &Vector2<f64>, h: f64) -> Vector2<f64> {
+    let (gained, lost) = (h / body.mass, body.friction * h / body.mass);
+    let pushed = before + force * gained;
+    let stopped = pushed * (1.0 - lost / pushed.norm().max(1e-300)).max(0.0);
+    let (fast, slow) = (before.norm(), stopped.norm());
+    if fast.min(slow) <= 2.0 * lost {
+        return stopped;
+    }
+    pushed - (before / fast + stopped / slow) * (0.5 * lost)
 }
 
 fn force_at(force: &[(f64, Vector2<f64>)], row: usize, t: f64) -> Vector2<f64> {

@@ -22,12 +22,39 @@ const LONGEST: f64 = 20.0;
 /// A measured height may differ from that of a way of standing by this, m, before that way is ruled out.
 const HEIGHT: f64 = 4e-3;
 
-/// Whether the tracks of a capture are snapshot pairs throughout, with at least one touch by a tool among them.
+/// Speed of a tool below which a thing that it lets go coasts a millimetre at most, m/s.
+const SLOW: f64 = 0.08;
+/// Least span over which the tool's speed is taken, s.
+const SPAN: f64 = 0.02;
+
+/// Whether the tracks of a capture are snapshot pairs throughout, with at least one touch by a tool among them that is no
+/// slow push with its force: those tell what they tell by their force, without any simulation of trials.
 pub fn holds_snapshots_only(capture: &Capture) -> bool {
     let tracked = |i: &&Interaction| !i.tracks.is_empty();
     let pairs = |i: &Interaction| i.tracks.values().all(PoseStream::is_snapshot_pair);
-    let pushed = |i: &Interaction| pushes(i) && !i.tracks.is_empty();
+    let pushed = |i: &Interaction| pushes(i) && !i.tracks.is_empty() && !felt_slowly(i);
     capture.interactions.iter().filter(tracked).all(pairs) && capture.interactions.iter().any(pushed)
+}
+
+/// A push whose force was recorded and whose tool never moved fast.
+fn felt_slowly(interaction: &Interaction) -> bool {
+    let (Some(_), Some(path)) = (&interaction.force, &interaction.tool_path) else {
+        return false;
+    };
+    let mut from = 0;
+    for to in 0..path.len() {
+        let span = path.time[to] - path.time[from];
+        if span < SPAN {
+            continue;
+        }
+        let way = (path.position[to] - path.position[from]).norm();
+        // A place that is missing is no speed.
+        if way > SLOW * span {
+            return false;
+        }
+        from = to;
+    }
+    true
 }
 
 pub(super) fn pushes(interaction: &Interaction) -> bool {

@@ -29,7 +29,7 @@ const TURN: f64 = 0.12;
 /// Largest misfit, in variances of the track, that still counts as explained.
 const MISFIT: f64 = 12.0;
 /// Relative doubt for every standard deviation of the track by which the law misses beyond noise.
-const FORM: f64 = 0.015;
+const FORM: f64 = 0.03;
 /// Delay between force and track that is allowed for (1 sd), s.
 const LATE: f64 = 2e-3;
 /// Rows of the track that are compared at most.

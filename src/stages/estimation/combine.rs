@@ -53,11 +53,11 @@ pub(super) fn combine(
 fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
     let alone = facts.weighings.iter().filter(|w| w.along.is_empty());
     let lifts = alone.filter_map(|w| Word::weighed(&w.interaction, (w.mass, w.sd.hypot(2e-3 * w.mass))));
-    let driven = facts.accelerated.iter();
+    let driven = facts.driven().iter();
     let driven = driven.filter_map(|a| Word::weighed(&a.interaction, a.mass));
     // Where inertia showed, the motion as a whole tells friction better than its steady part.
     let force = |name: &String, steady: (f64, f64)| {
-        let whole = facts.accelerated.iter().find(|a| a.interaction == *name);
+        let whole = facts.driven().iter().find(|a| a.interaction == *name);
         whole.map_or(steady, |a| a.friction)
     };
     let pushes = sliding.trials.iter().filter_map(|(name, steady)| {

@@ -32,6 +32,13 @@ pub(super) struct Facts {
 }
 
 impl Facts {
+    /// Driven motions as a source of mass, where nothing else is: a slope or a bias of the force that nobody mentioned
+    /// pulls at them, and hardly at coasting.
+    pub fn driven(&self) -> &[Accelerated] {
+        let else_known = !self.weighings.is_empty() || !self.slides.is_empty() || !self.coasts.is_empty();
+        if else_known { &[] } else { &self.accelerated }
+    }
+
     /// Nothing was found out.
     pub fn is_empty(&self) -> bool {
         self.weighings.is_empty()

@@ -138,8 +138,8 @@ fn weigh_in(link: &mut Link, facts: &Facts) {
         link.mass = Some(mass);
         return;
     }
-    let trials: Vec<(f64, f64)> = facts.accelerated.iter().map(|a| a.mass).collect();
-    let from = facts.accelerated.iter().map(|a| a.interaction.clone()).collect();
+    let trials: Vec<(f64, f64)> = facts.driven().iter().map(|a| a.mass).collect();
+    let from = facts.driven().iter().map(|a| a.interaction.clone()).collect();
     if let Some(mass) = pooled(&trials, 5e-3, 0.0, "kg", from, "accelerated-push") {
         link.mass = Some(mass);
     }

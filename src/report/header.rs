@@ -12,7 +12,7 @@ pub fn unit_of(quantity: &str) -> &'static str {
     match quantity {
         "force" => "N",
         "torque" => "N·m",
-        "position" => "m",
+        "position" | "position-in-flight" | "position-after-bounce" => "m",
         "rotation" => "rad",
         _ => "",
     }

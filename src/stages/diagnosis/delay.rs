@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::compare::pairs;
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
-use crate::math::{correlated_mean, interpolate, t_tail, weighted_linear};
+use crate::math::{correlated_mean, interpolate, mad_sd, median, t_tail, weighted_linear};
 use crate::twin::{Evidence, Finding, Gain};
 
 /// Fewest pushes that tell it.
@@ -19,6 +19,10 @@ const LEAST: f64 = 8e-3;
 const CLEAR: f64 = 6.0;
 /// Share of the error above the noise that it has to take away on touches that did not tell it.
 const WORTH: f64 = 0.3;
+/// By how much a body that yields and springs at the start of a push may seem late, s.
+const START: f64 = 3e-3;
+/// Standard error of a median over that of a mean.
+const MEDIAN: f64 = 1.25;
 /// Span over which a predicted path is differentiated, s.
 const SPAN: f64 = 0.02;
 
@@ -39,12 +43,15 @@ pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
         return None;
     }
     let n = each.len() as f64;
-    let mean = each.iter().map(|d| d.1).sum::<f64>() / n;
-    let scatter = (each.iter().map(|d| (d.1 - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-    let sd = (scatter / n.sqrt()).max(1e-4);
-    if mean.abs() < LEAST || mean.abs() < CLEAR * sd || each.iter().any(|d| d.1 * mean < 0.0) {
+    let values: Vec<f64> = each.iter().map(|d| d.1).collect();
+    // A push that went another way than foretold says nothing of time: the middle of them counts.
+    let mean = median(&values)?;
+    let scatter = MEDIAN * (mad_sd(&values)? / n.sqrt()).max(1e-4);
+    let against = values.iter().filter(|d| **d * mean < 0.0).count();
+    if mean.abs() < LEAST || mean.abs() < CLEAR * scatter || 5 * against > each.len() {
         return None;
     }
+    let sd = scatter.hypot(START);
     let judged = if held.is_empty() { &fitted } else { &held };
     let curves: Vec<Curve> = judged.iter().flat_map(|t| along(t)).collect();
     let (before, noise) = error(&curves, 0.0)?;
@@ -63,9 +70,9 @@ pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
         alternatives: Vec::new(),
         evidence: vec![Evidence {
             residual: "position along the motion, against speed".into(),
-            test: "mean over pushes, Student's t".into(),
-            statistic: mean / sd,
-            p_value: (2.0 * t_tail((mean / sd).abs(), n - 1.0)).min(1.0),
+            test: "median over pushes, Student's t".into(),
+            statistic: mean / scatter,
+            p_value: (2.0 * t_tail((mean / scatter).abs(), n - 1.0)).min(1.0),
             words: format!(
                 "what is tracked is {:.0} ms {side} the tool that moves it",
                 1e3 * mean.abs()

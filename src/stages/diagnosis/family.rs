@@ -177,6 +177,11 @@ pub trait Family: Sync {
         false
     }
 
+    /// Log evidence over the plain model, nats, from which on a law is named.
+    fn named_from(&self, _law: usize) -> f64 {
+        super::naming::NAMED
+    }
+
     /// What is known beforehand of how common a law is, nats of evidence: it decides between laws that do as well.
     fn head_start(&self, _law: usize) -> f64 {
         0.0

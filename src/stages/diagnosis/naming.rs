@@ -9,8 +9,8 @@ use super::family::Family;
 use super::fit::{Fit, fit};
 use super::marginal::{Noise, Point, group_state};
 
-/// Log evidence over the plain model, nats, from which on a cause is named.
-const NAMED: f64 = 8.0;
+/// Log evidence over the plain model, nats, from which on a cause is named, unless a family knows better; and beside others.
+pub const NAMED: f64 = 8.0;
 /// Causes this close to the best cannot be ruled out, nats.
 const RIVAL: f64 = 5.0;
 /// Score, nats, below which a law is not fitted.
@@ -110,7 +110,12 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         let Some(best) = found.iter().find(|c| c.stands()).cloned() else {
             break;
         };
-        if best.gain < NAMED || significance(family, &best) < SEEN {
+        let least = if taken.is_empty() {
+            family.named_from(best.law)
+        } else {
+            NAMED
+        };
+        if best.gain < least || significance(family, &best) < SEEN {
             break;
         }
         // A null that had not converged would make discoveries: the candidate's shared parameters may be nearer.
@@ -140,9 +145,13 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
 }
 
 /// Half the squared amplitudes of a candidate over their covariance at its shape, nats: what they alone can be worth.
+/// A law without amplitudes is not judged by them.
 fn significance(family: &dyn Family, candidate: &Candidate) -> f64 {
     let law = &family.laws()[candidate.law];
     let (own, a) = (law.parameters.len(), law.amplitudes);
+    if a == 0 {
+        return f64::INFINITY;
+    }
     let first = candidate.fit.theta.len() - own;
     let block = candidate.fit.covariance.view((first, first), (own, own)).into_owned();
     let Some(precision) = Cholesky::new(block).map(|c| c.inverse()) else {

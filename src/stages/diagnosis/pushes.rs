@@ -13,6 +13,9 @@ use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
 
+/// Log evidence, nats, from which on a law that is tried once is named.
+const ONE_TRY: f64 = 5.0;
+
 /// All pushes of single bodies.
 pub struct Pushes {
     sheet: Sheet,
@@ -214,6 +217,12 @@ impl Family for Pushes {
             out[n + i] = read.dot(&across) + scatter[2];
         }
         out
+    }
+
+    /// A law that may act at many places is tried as often, and one of the tries fits by chance: in twenty clean captures of
+    /// MuJoCo worlds no other law gained half a nat, those of a place up to nine.
+    fn named_from(&self, law: usize) -> f64 {
+        ONE_TRY + (self.sheet.laws[law].grid.len().max(1) as f64).ln()
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {

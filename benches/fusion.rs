@@ -21,7 +21,7 @@ use palpate::base::{Progress, Seed};
 use palpate::capture::{Camera, ColorImage, DepthImage};
 use palpate::geometry::Mesh;
 use palpate::lab::{scene_named, synthesise};
-use palpate::stages::shape::{Fusion, FusionConfig};
+use palpate::stages::shape::{Fusion, FusionConfig, Shot};
 
 struct Frame {
     field_from_camera: Isometry3<f64>,
@@ -109,15 +109,18 @@ fn measure(camera: &Camera, frames: &[Frame], settings: &Settings, threads: usiz
     let mut best = [f64::MAX; 4];
     let mut mesh = Mesh::default();
     let mut blocks = 0;
+    let shots: Vec<Shot> = frames
+        .iter()
+        .map(|frame| Shot {
+            field_from_camera: frame.field_from_camera,
+            depth: &frame.depth,
+            color: frame.color.as_ref().filter(|_| settings.color),
+        })
+        .collect();
     for _ in 0..settings.repeat.max(1) {
         let (wall, cpu) = (palpate::base::Stopwatch::start(), cpu_seconds());
         let mut fusion = Fusion::new(settings.fusion.clone()).expect("settings that work");
-        for frame in frames {
-            let color = frame.color.as_ref().filter(|_| settings.color);
-            fusion
-                .integrate(camera, &frame.field_from_camera, &frame.depth, color)
-                .expect("frames that fit");
-        }
+        fusion.integrate_all(camera, &shots).expect("frames that fit");
         let (fused_wall, fused_cpu) = (wall.seconds(), cpu_seconds());
         mesh = fusion.extract();
         blocks = fusion.grid().keys().len();

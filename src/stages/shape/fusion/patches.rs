@@ -38,8 +38,9 @@ const QUARTERS: [Part; 4] = [
     [0.0, 2.0, 0.0, 2.0],
 ];
 
-/// The planes through the readings around each of the four pixels of a cell that hang together with it, of a part of them where
-/// all make a fold; nothing where they are too few to be a surface. `variance` is that of one reading; `x` and `y` are those of the first pixel.
+/// The planes through the readings around each of the four pixels of a cell that hang together with it, of a part of
+/// them where all make a fold; nothing where they are too few to be a surface. `variance` is that of one reading, `x`
+/// and `y` are the first pixel's. The four are worked on at once; each gets what it would get alone.
 pub fn patches(depths: &InverseDepths, lens: Lens, variance: f32, x: usize, y: usize) -> [[f32; 4]; 4] {
     let (centre, step) = (four(depths, x, y), 4.0 * variance.sqrt());
     let step = f32x4::splat(step).fast_max(STEEPEST * centre / lens.fx);
@@ -107,8 +108,8 @@ fn best_part(
     best
 }
 
-/// Moments of the readings of the windows of a cell's four pixels, as [`gather`] gives those of a part of one, and how many of the
-/// eight next ones are among them.
+/// Moments of the readings of the windows of a cell's four pixels, as [`gather`] gives those of a part of one, and how
+/// many of the eight next ones are among them.
 #[inline]
 fn gather_four(depths: &InverseDepths, centre: f32x4, step: f32x4, (x, y): (usize, usize)) -> (Sums<f32x4>, f32x4) {
     let zero = f32x4::ZERO;

@@ -35,7 +35,8 @@ pub const NONE: f32 = -1e29;
 ///
 /// A record `[a, b, c, d]` gives the distance of a point of the camera frame in front of the plane, m, as
 /// `d - (a z u + b z v + c z)`, where `u`, `v` is the pixel that the point falls on; `d` is the distance of the plane
-/// from the camera. A cell that something tears has `d = -1`, and the inverse depth of the farthest and of the nearest reading around it, the latter beyond all bounds beside a hole.
+/// from the camera. A cell that something tears has `d = -1 - n`, where `n` is the number of the first of its four
+/// pixels' records, and the inverse depth of the farthest and of the nearest reading around it, the latter beyond all bounds beside a hole.
 pub struct Planes {
     pub width: usize,
     pub height: usize,
@@ -43,17 +44,12 @@ pub struct Planes {
     last_row: f32,
     /// The records of all cells, then those of the four pixels of each torn one.
     records: Vec<[f32; 4]>,
-    /// Number of the record of a cell, or of the first of its four pixels' with [`TORN`].
-    numbers: Vec<u32>,
     /// Noise of the inverse depth.
     pub noise: Noise,
 }
 
 /// Cells of a line of the memory.
 const LINE: usize = 4;
-
-/// Marks the numbers of torn cells.
-const TORN: u32 = 1 << 31;
 
 /// Where in its band a torn cell is, and the records of its pixels.
 type Torn = (usize, [[f32; 4]; 4]);
@@ -107,9 +103,9 @@ impl Planes {
         let (width, height) = (depths.width, depths.height);
         let noise = Noise::measure(depths, stated);
         let (columns, rows) = (width.div_ceil(2) + 2, height.div_ceil(2) + 2);
-        let mut cells = vec![NOTHING; columns * rows];
+        let mut cells = Vec::with_capacity(columns * rows * 3 / 2);
+        cells.resize(columns * rows, NOTHING);
         let lens = Lens::of(camera);
-        let mut numbers: Vec<u32> = (0..cells.len() as u32).collect();
         let torn: Vec<Vec<Torn>> = cells[columns..columns * (rows - 1)]
             .par_chunks_mut(columns * BAND)
             .enumerate()
@@ -118,7 +114,7 @@ impl Planes {
         for (band, torn) in torn.iter().enumerate() {
             let start = columns * (1 + band * BAND);
             for (at, patches) in torn {
-                numbers[start + at] = cells.len() as u32 | TORN;
+                cells[start + at][3] = -1.0 - cells.len() as f32;
                 cells.extend_from_slice(patches);
             }
         }
@@ -128,7 +124,6 @@ impl Planes {
             columns,
             last_row: (rows - 1) as f32,
             records: cells,
-            numbers,
             noise,
         }
     }
@@ -178,13 +173,21 @@ impl Planes {
         self.last_row
     }
 
-    /// Columns and rows of the pixels that are nearest to places of the image, counted from the margin.
+    /// The four components of the records of the pixels that are nearest to places of the image.
     #[inline]
-    pub fn pixels(&self, u: f32x4, v: f32x4) -> ([u32; 4], [u32; 4]) {
-        let (last_x, last_y) = (2.0 * self.last_column() + 1.0, 2.0 * self.last_row() + 1.0);
-        let x = (u + 2.0).fast_max(f32x4::ZERO).fast_min(f32x4::splat(last_x));
-        let y = (v + 2.0).fast_max(f32x4::ZERO).fast_min(f32x4::splat(last_y));
-        (whole(x), whole(y))
+    pub fn pixels(&self, u: f32x4, v: f32x4) -> [f32x4; 4] {
+        let last = |cell: f32| f32x4::splat(2.0 * cell + 1.0);
+        let x = (u + 2.0).fast_max(f32x4::ZERO).fast_min(last(self.last_column()));
+        let y = (v + 2.0).fast_max(f32x4::ZERO).fast_min(last(self.last_row()));
+        let (x, y) = ((x + ROUND) - ROUND, (y + ROUND) - ROUND);
+        let (column, row) = (((x * 0.5 - 0.25) + ROUND) - ROUND, ((y * 0.5 - 0.25) + ROUND) - ROUND);
+        let cell = row * (self.last_column() + 1.0) + column;
+        let [i, j, k, l] = whole(cell);
+        let kind = f32x4::new([self.cell(i)[3], self.cell(j)[3], self.cell(k)[3], self.cell(l)[3]]);
+        let torn = kind.simd_lt(f32x4::ZERO) & kind.simd_gt(f32x4::splat(NONE));
+        let which = (x - column * 2.0) + (y - row * 2.0) * 2.0;
+        let [i, j, k, l] = whole(torn.bitselect(which - kind - 1.0, cell));
+        columns([self.cell(i), self.cell(j), self.cell(k), self.cell(l)])
     }
 
     /// What the pixel in column `x` and row `y` shows.
@@ -203,11 +206,18 @@ impl Planes {
     /// The record at a pixel, counted from the margin.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
-        let cell = (y >> 1) as usize * self.columns + (x >> 1) as usize;
-        let number = self.numbers.get(cell).map_or(0, |n| *n);
-        let which = (x & 1 | (y & 1) << 1) & 0_u32.wrapping_sub(number >> 31);
-        self.cell((number & !TORN) + which)
+        let cell = self.cell((y >> 1) * self.columns as u32 + (x >> 1));
+        if Cell::of(&cell) != Cell::Torn {
+            return cell;
+        }
+        self.cell((-1.0 - cell[3]) as u32 + (x & 1 | (y & 1) << 1))
     }
+}
+
+/// Four records as their four components.
+#[inline]
+pub fn columns([a, b, c, d]: [[f32; 4]; 4]) -> [f32x4; 4] {
+    f32x4::transpose([f32x4::new(a), f32x4::new(b), f32x4::new(c), f32x4::new(d)])
 }
 
 /// The nearest whole numbers, of 0 or more.

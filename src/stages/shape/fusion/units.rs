@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use wide::f32x4;
 
 use super::depths::bent_pixel;
-use super::planes::NONE;
+use super::planes::{NONE, columns};
 use super::update::{CLEAR, Prepared, Reach, STEEP};
 use crate::capture::ColorImage;
 use crate::geometry::{BLOCK, BLOCK_SAMPLES, Block, UNIT_SAMPLES, Unit};
@@ -245,14 +245,7 @@ impl<'a> Units<'a> {
         for row in 0..ROWS {
             let [x, y, z] = self.row(middle, YZ[row]);
             let inverse = f32x4::ONE / z;
-            let (u, v) = planes.pixels(x * inverse, y * inverse);
-            let records = [
-                planes.pixel(u[0], v[0]),
-                planes.pixel(u[1], v[1]),
-                planes.pixel(u[2], v[2]),
-                planes.pixel(u[3], v[3]),
-            ];
-            let [a, b, c, d] = columns(records);
+            let [a, b, c, d] = planes.pixels(x * inverse, y * inverse);
             distance[row] = d - (a * x + b * y + c * z);
             full[row] = weight(d, inverse);
         }
@@ -341,13 +334,6 @@ fn sample(unit: usize, lane: usize) -> usize {
     let y = unit & 6 | lane >> 2 & 1;
     let z = unit >> 2 & 6 | lane >> 3;
     x | y << 3 | z << 6
-}
-
-/// Four records as their four components.
-#[inline]
-fn columns(records: [[f32; 4]; 4]) -> [f32x4; 4] {
-    let [a, b, c, d] = records;
-    f32x4::transpose([f32x4::new(a), f32x4::new(b), f32x4::new(c), f32x4::new(d)])
 }
 
 impl Looks {

@@ -1,5 +1,6 @@
 //! CPU time, memory and surface of the fusion of a sequence of range images:
-//! `cargo bench --bench fusion -- [FOLDER] [--color] [--mesh OUT.ply] [--voxel 0.002] [--repeat 3] [--threads N]`;
+//! `cargo bench --bench fusion -- [FOLDER] [--color] [--mesh OUT.ply] [--voxel 0.002] [--repeat 3] [--threads N]
+//! [--one-by-one]`;
 //! `benches/fusion_beside_open3d.py` runs it in turns with Open3D.
 //!
 //! FOLDER holds `capture.json` with `width`, `height`, `fx`, `fy`, `cx`, `cy`, `depth_scale` and `frames`, each with
@@ -33,6 +34,8 @@ struct Settings {
     folder: Option<String>,
     mesh: Option<String>,
     color: bool,
+    /// Views are added one by one, as a live camera gives them, and not as a sequence.
+    one_by_one: bool,
     repeat: usize,
     threads: Vec<usize>,
     fusion: FusionConfig,
@@ -81,6 +84,7 @@ fn settings() -> Settings {
         folder: None,
         mesh: None,
         color: false,
+        one_by_one: false,
         repeat: 3,
         threads: vec![1, 2],
         fusion: FusionConfig::default(),
@@ -91,6 +95,7 @@ fn settings() -> Settings {
         match word.as_str() {
             "--bench" => {}
             "--color" => found.color = true,
+            "--one-by-one" => found.one_by_one = true,
             "--voxel" => found.fusion = FusionConfig::with_voxel(number()),
             "--behind" => found.fusion.behind = number(),
             "--truncation" => found.fusion.truncation = number(),
@@ -120,7 +125,9 @@ fn measure(camera: &Camera, frames: &[Frame], settings: &Settings, threads: usiz
     for _ in 0..settings.repeat.max(1) {
         let (wall, cpu) = (palpate::base::Stopwatch::start(), cpu_seconds());
         let mut fusion = Fusion::new(settings.fusion.clone()).expect("settings that work");
-        fusion.integrate_all(camera, &shots).expect("frames that fit");
+        for shots in shots.chunks(if settings.one_by_one { 1 } else { shots.len() }) {
+            fusion.integrate_all(camera, shots).expect("frames that fit");
+        }
         let (fused_wall, fused_cpu) = (wall.seconds(), cpu_seconds());
         mesh = fusion.extract();
         blocks = fusion.grid().keys().len();

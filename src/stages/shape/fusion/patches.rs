@@ -126,12 +126,10 @@ fn gather_four(depths: &InverseDepths, centre: f32x4, step: f32x4, (x, y): (usiz
         qq: zero,
     };
     let mut next = zero;
-    for column in 0..=2 * REACH {
-        let dx = OFFSETS[column];
+    for (column, dx) in OFFSETS.into_iter().enumerate().take(2 * REACH + 1) {
         let (mut n, mut ny, mut nyy) = (zero, zero, zero);
         let (mut q, mut yq, mut qq, mut beside) = (zero, zero, zero, zero);
-        for row in 0..=2 * REACH {
-            let dy = OFFSETS[row];
+        for (row, dy) in OFFSETS.into_iter().enumerate().take(2 * REACH + 1) {
             let values = four(depths, x + column - REACH, y + row - REACH);
             let far = dx.abs().max(dy.abs()).max(1.0);
             let off = values - centre;

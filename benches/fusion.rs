@@ -1,5 +1,6 @@
 //! CPU time, memory and surface of the fusion of a sequence of range images:
-//! `cargo bench --bench fusion -- [FOLDER] [--color] [--mesh OUT.ply] [--voxel 0.002] [--repeat 3] [--threads N]`;
+//! `cargo bench --bench fusion -- [FOLDER] [--color] [--mesh OUT.ply] [--voxel 0.002] [--repeat 3] [--threads N]
+//! [--one-by-one]`;
 //! `benches/fusion_beside_open3d.py` runs it in turns with Open3D.
 //!
 //! FOLDER holds `capture.json` with `width`, `height`, `fx`, `fy`, `cx`, `cy`, `depth_scale` and `frames`, each with
@@ -21,7 +22,7 @@ use palpate::base::{Progress, Seed};
 use palpate::capture::{Camera, ColorImage, DepthImage};
 use palpate::geometry::Mesh;
 use palpate::lab::{scene_named, synthesise};
-use palpate::stages::shape::{Fusion, FusionConfig};
+use palpate::stages::shape::{Fusion, FusionConfig, Shot};
 
 struct Frame {
     field_from_camera: Isometry3<f64>,
@@ -33,6 +34,8 @@ struct Settings {
     folder: Option<String>,
     mesh: Option<String>,
     color: bool,
+    /// Views are added one by one, as a live camera gives them, and not as a sequence.
+    one_by_one: bool,
     repeat: usize,
     threads: Vec<usize>,
     fusion: FusionConfig,
@@ -81,6 +84,7 @@ fn settings() -> Settings {
         folder: None,
         mesh: None,
         color: false,
+        one_by_one: false,
         repeat: 3,
         threads: vec![1, 2],
         fusion: FusionConfig::default(),
@@ -91,6 +95,7 @@ fn settings() -> Settings {
         match word.as_str() {
             "--bench" => {}
             "--color" => found.color = true,
+            "--one-by-one" => found.one_by_one = true,
             "--voxel" => found.fusion = FusionConfig::with_voxel(number()),
             "--behind" => found.fusion.behind = number(),
             "--truncation" => found.fusion.truncation = number(),
@@ -109,14 +114,19 @@ fn measure(camera: &Camera, frames: &[Frame], settings: &Settings, threads: usiz
     let mut best = [f64::MAX; 4];
     let mut mesh = Mesh::default();
     let mut blocks = 0;
+    let shots: Vec<Shot> = frames
+        .iter()
+        .map(|frame| Shot {
+            field_from_camera: frame.field_from_camera,
+            depth: &frame.depth,
+            color: frame.color.as_ref().filter(|_| settings.color),
+        })
+        .collect();
     for _ in 0..settings.repeat.max(1) {
         let (wall, cpu) = (palpate::base::Stopwatch::start(), cpu_seconds());
         let mut fusion = Fusion::new(settings.fusion.clone()).expect("settings that work");
-        for frame in frames {
-            let color = frame.color.as_ref().filter(|_| settings.color);
-            fusion
-                .integrate(camera, &frame.field_from_camera, &frame.depth, color)
-                .expect("frames that fit");
+        for shots in shots.chunks(if settings.one_by_one { 1 } else { shots.len() }) {
+            fusion.integrate_all(camera, shots).expect("frames that fit");
         }
         let (fused_wall, fused_cpu) = (wall.seconds(), cpu_seconds());
         mesh = fusion.extract();

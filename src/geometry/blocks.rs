@@ -7,7 +7,7 @@ pub const BLOCK_SAMPLES: usize = (BLOCK * BLOCK * BLOCK) as usize;
 /// How much more must have gone through a surface than stopped at it before it is none: views disagree.
 const SEEN_THROUGH: f32 = 2.5;
 /// Keys reach this many blocks from the origin along each axis.
-const KEY_REACH: i32 = 1 << 20;
+pub const KEY_REACH: i32 = 1 << 20;
 
 /// Samples of a unit.
 pub const UNIT_SAMPLES: usize = 16;

@@ -26,7 +26,7 @@ mod texture;
 mod topology;
 
 pub use atlas::{Atlas, Texel, cover_triangle};
-pub use blocks::{BLOCK, BLOCK_SAMPLES, Block, BlockGrid, UNIT_SAMPLES, Unit, unit_of};
+pub use blocks::{BLOCK, BLOCK_SAMPLES, Block, BlockGrid, KEY_REACH, UNIT_SAMPLES, Unit, unit_of};
 pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
 pub use components::{
     UnionFind, directed_edges, edge_defects, number_sets, submesh, unique_edges, vertex_components, vertex_normals,

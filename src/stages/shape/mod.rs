@@ -37,7 +37,7 @@ pub use complete::FindSymmetry;
 pub use config::Config;
 pub use free::FreeSpace;
 pub use furnish::furnish;
-pub use fusion::{Fusion, FusionConfig};
+pub use fusion::{Fusion, FusionConfig, Shot};
 pub use gain::Gain;
 pub use next_view::{Decision, NextView, NextViewConfig, ViewChoice};
 pub use principal::principal_views;

@@ -11,6 +11,9 @@ pub const MARGIN: usize = 4;
 /// Rows are filled up to a multiple of this many pixels, so that they can be worked on in equal pieces.
 pub const COLUMNS: usize = 128;
 
+/// Pixels that are looked at together for missing readings.
+const PIECE: usize = 32;
+
 /// Largest change of the inverse depth of a surface from pixel to pixel, in its own units per pixel of focal length.
 pub const STEEPEST: f32 = 2.5;
 
@@ -40,11 +43,20 @@ impl InverseDepths {
             .with_min_len(16)
             .enumerate()
             .for_each(|(y, (row, counts))| {
-                for (x, (q, count)) in row[MARGIN..MARGIN + width].iter_mut().zip(counts).enumerate() {
-                    let count = if straight { *count } else { bent(camera, depth, x, y) };
+                let row_values = &mut row[MARGIN..MARGIN + width];
+                let inverse = |count: u16| {
                     let z = f32::from(count) * unit;
-                    let known = z >= near && z <= far;
-                    *q = if known { 1.0 / z } else { 0.0 };
+                    let (q, known) = (1.0 / z, (z >= near) & (z <= far));
+                    if known { q } else { 0.0 }
+                };
+                if straight {
+                    for (q, count) in row_values.iter_mut().zip(counts) {
+                        *q = inverse(*count);
+                    }
+                } else {
+                    for (x, q) in row_values.iter_mut().enumerate() {
+                        *q = inverse(bent(camera, depth, x, y));
+                    }
                 }
                 fill_row(&mut row[MARGIN - 1..=MARGIN + width], camera);
             });
@@ -73,11 +85,23 @@ impl InverseDepths {
 /// Fills single missing readings, as images that were registered to another camera have in whole rows and columns:
 /// inverse depth is linear in the image of a plane.
 fn fill_row(row: &mut [f32], camera: &Camera) {
-    for x in 1..row.len() - 1 {
-        if row[x] == 0.0 {
-            row[x] = between(row[x - 1], row[x + 1], camera.fx as f32);
+    let end = row.len() - 1;
+    for start in (1..end).step_by(PIECE) {
+        let piece = start..(start + PIECE).min(end);
+        if has_gap(&row[piece.clone()]) {
+            for x in piece {
+                if row[x] == 0.0 {
+                    row[x] = between(row[x - 1], row[x + 1], camera.fx as f32);
+                }
+            }
         }
     }
+}
+
+/// Whether a reading is missing.
+#[inline]
+fn has_gap(values: &[f32]) -> bool {
+    values.iter().fold(0, |gap, q| gap | u32::from(q.to_bits() == 0)) > 0
 }
 
 /// The same along columns. What is filled lies between readings, so that the order does not matter.
@@ -88,10 +112,12 @@ fn fill_columns(values: &mut [f32], stride: usize, camera: &Camera) {
         .with_min_len(16)
         .map(|y| {
             let [above, own, below] = [y - 1, y, y + 1].map(|y| &values[y * stride..][..stride]);
-            let ends = above.iter().zip(below);
-            let missing = own.iter().zip(ends).enumerate().filter(|(_, (q, _))| **q == 0.0);
-            missing
-                .map(|(x, (_, (a, b)))| (y * stride + x, between(*a, *b, camera.fy as f32)))
+            let gaps = (0..stride)
+                .step_by(PIECE)
+                .filter(|x| has_gap(&own[*x..(x + PIECE).min(stride)]));
+            gaps.flat_map(|x| x..(x + PIECE).min(stride))
+                .filter(|x| own[*x] == 0.0)
+                .map(|x| (y * stride + x, between(above[x], below[x], camera.fy as f32)))
                 .filter(|(_, q)| *q > 0.0)
                 .collect()
         })

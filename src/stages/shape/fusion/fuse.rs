@@ -7,13 +7,15 @@ use super::depths::InverseDepths;
 use super::planes::Planes;
 use super::pyramid::Pyramid;
 use super::touch::touch_blocks;
-use super::update::{Prepared, Reach, update};
+use super::update::{Placed, Prepared, Reach};
 use crate::base::{Error, Result};
 use crate::capture::{Camera, ColorImage, DepthImage};
-use crate::geometry::{BlockGrid, Mesh, grid_surface};
+use crate::geometry::{Block, BlockGrid, KEY_REACH, Mesh, grid_surface};
 
 /// Blocks that one task works on.
 const TASK: usize = 32;
+/// Views of a sequence that are added together.
+const TOGETHER: usize = 8;
 /// Most pixels of an image: their numbers are kept exact in single precision.
 const MOST_PIXELS: usize = 8_000_000;
 
@@ -62,6 +64,17 @@ impl FusionConfig {
     }
 }
 
+/// One view of a sequence.
+#[derive(Clone, Copy, Debug)]
+pub struct Shot<'a> {
+    /// Takes points of the camera's optical frame to the frame of the field, m.
+    pub field_from_camera: Isometry3<f64>,
+    /// The range image.
+    pub depth: &'a DepthImage,
+    /// The colour image, registered to the range image and of its size.
+    pub color: Option<&'a ColorImage>,
+}
+
 /// A signed distance field that grows with the surface that it is shown (Curless and Levoy 1996; the blocks are
 /// those of Nießner et al. 2013). The same views in the same order give the same field on any number of threads.
 #[derive(Clone, Debug)]
@@ -95,10 +108,34 @@ impl Fusion {
         depth: &DepthImage,
         color: Option<&ColorImage>,
     ) -> Result<()> {
-        let view = prepare(camera, field_from_camera, depth, color)?;
+        let shot = Shot {
+            field_from_camera: *field_from_camera,
+            depth,
+            color,
+        };
+        self.integrate_all(camera, &[shot])
+    }
+
+    /// Adds a sequence of views, eight together: a block is then fetched from memory once for all of them. It is kept
+    /// for all eight as soon as one of them asks for it, so that the field may know a little more than after as many
+    /// calls of [`Fusion::integrate`].
+    ///
+    /// # Errors
+    /// Images whose size is not the camera's, or of more than eight million pixels.
+    pub fn integrate_all(&mut self, camera: &Camera, shots: &[Shot]) -> Result<()> {
         let near = self.config.behind.max(2.0 * self.config.voxel);
-        touch_blocks(&mut self.grid, &view, field_from_camera, near);
-        fill(&mut self.grid, &[&view], &self.config)
+        for shots in shots.chunks(TOGETHER) {
+            let views: Vec<Prepared> = shots
+                .par_iter()
+                .map(|shot| prepare(camera, &shot.field_from_camera, shot.depth, shot.color))
+                .collect::<Result<_>>()?;
+            for (view, shot) in views.iter().zip(shots) {
+                touch_blocks(&mut self.grid, view, &shot.field_from_camera, near);
+            }
+            let views: Vec<&Prepared> = views.iter().collect();
+            fill(&mut self.grid, &views, &self.config)?;
+        }
+        Ok(())
     }
 
     /// The observed surface, coloured where colours were given, in the frame of the field. Open where nothing was
@@ -125,17 +162,37 @@ pub fn fill(grid: &mut BlockGrid, views: &[&Prepared], config: &FusionConfig) ->
         behind: config.behind as f32,
         voxel: config.voxel as f32,
     };
+    let views: Vec<Placed> = views.iter().map(|view| Placed::new(view, reach)).collect();
     let (keys, blocks) = grid.parts_mut();
-    keys.par_chunks(TASK)
-        .zip(blocks.par_chunks_mut(TASK))
-        .for_each(|(keys, blocks)| {
-            for (key, block) in keys.iter().zip(blocks) {
-                for view in views {
-                    update(view, *key, block, reach);
-                }
+    let mut order: Vec<(u64, [i32; 3], &mut Box<Block>)> = keys
+        .iter()
+        .zip(blocks)
+        .map(|(key, block)| (along_curve(*key), *key, block))
+        .collect();
+    if views.len() > 1 {
+        order.sort_unstable_by_key(|o| o.0);
+    }
+    order.par_chunks_mut(TASK).for_each(|task| {
+        for (_, key, block) in task {
+            for view in &views {
+                view.update(*key, block);
             }
-        });
+        }
+    });
     Ok(())
+}
+
+/// The place of a block along the curve of Morton (1966): blocks that follow each other see the same part of an image.
+fn along_curve(key: [i32; 3]) -> u64 {
+    let spread = |k: i32| {
+        let mut x = u64::from((k + KEY_REACH) as u32) & 0x1f_ffff;
+        x = (x | x << 32) & 0x1f_0000_0000_ffff;
+        x = (x | x << 16) & 0x1f_0000_ff00_00ff;
+        x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+        x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+        (x | x << 2) & 0x1249_2492_4924_9249
+    };
+    spread(key[0]) | spread(key[1]) << 1 | spread(key[2]) << 2
 }
 
 fn check_size(camera: &Camera, depth: &DepthImage) -> Result<()> {
@@ -171,6 +228,8 @@ pub fn prepare<'a>(
         pyramid,
         rotation: Matrix3::identity(),
         offset: Vector3::zeros(),
+        least_depth: 0.5 * camera.depth_min.max(0.02) as f32,
+        focal: camera.fx.max(camera.fy) as f32,
     };
     view.place(&field_from_camera.inverse());
     Ok(view)

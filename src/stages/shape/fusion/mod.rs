@@ -15,6 +15,6 @@ mod windows;
 mod tests;
 
 pub use depths::raw_depth;
-pub use fuse::{Fusion, FusionConfig, fill, prepare};
+pub use fuse::{Fusion, FusionConfig, Shot, fill, prepare};
 pub use planes::Sight;
 pub use update::Prepared;

@@ -1,5 +1,7 @@
 //! The noise of an image, measured on itself.
 
+use wide::f32x4;
+
 use super::depths::InverseDepths;
 use super::planes::TILE;
 use super::windows::{CellSums, fit_cells};
@@ -27,6 +29,12 @@ impl Noise {
     #[inline]
     pub fn variance(self, q: f32) -> f32 {
         self.even + self.steep * q * q * q * q
+    }
+
+    /// Variances of four inverse depths.
+    #[inline]
+    pub fn variances(self, q: f32x4) -> f32x4 {
+        f32x4::splat(self.even) + f32x4::splat(self.steep) * q * q * q * q
     }
 
     /// The median misfit of windows all over the image, among the nearer and the farther half of them, and no less

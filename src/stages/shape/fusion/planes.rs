@@ -9,8 +9,8 @@ use wide::f32x4;
 
 use super::depths::{COLUMNS, InverseDepths};
 use super::noise::Noise;
-use super::patches::patch;
-use super::windows::{CellSums, Fit, fit_cells, larger};
+use super::patches::patches;
+use super::windows::{CellSums, Fit, fit_cells};
 use crate::capture::Camera;
 
 /// Rows of cells that are worked on at once.
@@ -29,25 +29,30 @@ pub const LEAST_SLANT: f32 = 0.15;
 /// No surface: every point lies far behind it.
 pub const NOTHING: [f32; 4] = [0.0, 0.0, 0.0, -1e30];
 /// Distance of a record that stands for nothing, or below.
-const NONE: f32 = -1e29;
+pub const NONE: f32 = -1e29;
 
 /// The planes of one image with a margin of one cell of nothing.
 ///
 /// A record `[a, b, c, d]` gives the distance of a point of the camera frame in front of the plane, m, as
 /// `d - (a z u + b z v + c z)`, where `u`, `v` is the pixel that the point falls on; `d` is the distance of the plane
-/// from the camera. A cell that something tears has `d = -1 - n`, where `n` counts the torn cells of its band, and the
-/// inverse depth of the farthest and of the nearest reading around it, the latter beyond all bounds beside a hole.
+/// from the camera. A cell that something tears has `d = -1 - n`, where `n` is the number of the first of its four
+/// pixels' records, and the inverse depth of the farthest and of the nearest reading around it, the latter beyond all bounds beside a hole.
 pub struct Planes {
     pub width: usize,
     pub height: usize,
     columns: usize,
     last_row: f32,
-    cells: Vec<[f32; 4]>,
-    /// For each band, the planes of the four pixels of each torn cell.
-    torn: Vec<Vec<[[f32; 4]; 4]>>,
+    /// The records of all cells, then those of the four pixels of each torn one.
+    records: Vec<[f32; 4]>,
     /// Noise of the inverse depth.
     pub noise: Noise,
 }
+
+/// Cells of a line of the memory.
+const LINE: usize = 4;
+
+/// Where in its band a torn cell is, and the records of its pixels.
+type Torn = (usize, [[f32; 4]; 4]);
 
 /// What a cell shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -82,12 +87,12 @@ impl Lens {
         Self { fx, fy, cx, cy }
     }
 
-    /// The record of the plane with inverse depth `q` and slopes `a`, `b` per pixel at a pixel.
+    /// Components of the records of the planes with inverse depths `q` and slopes `a`, `b` per pixel at four pixels.
     #[inline]
-    pub fn record(self, q: f32, a: f32, b: f32, u: f32, v: f32) -> [f32; 4] {
+    pub fn records(self, q: f32x4, a: f32x4, b: f32x4, u: f32x4, v: f32x4) -> [f32x4; 4] {
         let (nx, ny) = (a * self.fx, b * self.fy);
         let nz = q - a * (u - self.cx) - b * (v - self.cy);
-        let d = 1.0 / (nx * nx + ny * ny + nz * nz).sqrt();
+        let d = f32x4::ONE / (nx * nx + ny * ny + nz * nz).sqrt();
         [a * d, b * d, (q - a * u - b * v) * d, d]
     }
 }
@@ -98,20 +103,27 @@ impl Planes {
         let (width, height) = (depths.width, depths.height);
         let noise = Noise::measure(depths, stated);
         let (columns, rows) = (width.div_ceil(2) + 2, height.div_ceil(2) + 2);
-        let mut cells = vec![NOTHING; columns * rows];
+        let mut cells = Vec::with_capacity(columns * rows * 3 / 2);
+        cells.resize(columns * rows, NOTHING);
         let lens = Lens::of(camera);
-        let torn = cells[columns..columns * (rows - 1)]
+        let torn: Vec<Vec<Torn>> = cells[columns..columns * (rows - 1)]
             .par_chunks_mut(columns * BAND)
             .enumerate()
             .map(|(band, cells)| fit_band(depths, lens, noise, band * BAND, cells))
             .collect();
+        for (band, torn) in torn.iter().enumerate() {
+            let start = columns * (1 + band * BAND);
+            for (at, patches) in torn {
+                cells[start + at][3] = -1.0 - cells.len() as f32;
+                cells.extend_from_slice(patches);
+            }
+        }
         Self {
             width,
             height,
             columns,
             last_row: (rows - 1) as f32,
-            cells,
-            torn,
+            records: cells,
             noise,
         }
     }
@@ -119,7 +131,23 @@ impl Planes {
     /// The record of the cell of that number.
     #[inline]
     pub fn cell(&self, place: u32) -> [f32; 4] {
-        *self.cells.get(place as usize).unwrap_or(&NOTHING)
+        *self.records.get(place as usize).unwrap_or(&NOTHING)
+    }
+
+    /// Has the cells of a rectangle of the image brought from memory all at once, so that looks at them wait less.
+    #[inline]
+    pub fn fetch(&self, [left, top]: [usize; 2], [right, bottom]: [usize; 2]) {
+        let mut any = 0;
+        for row in top / 2 + 1..=bottom / 2 + 1 {
+            let start = row * self.columns;
+            let cells = self
+                .records
+                .get(start + left / 2 + 1..=start + right / 2 + 1)
+                .unwrap_or(&[]);
+            any |= cells.iter().step_by(LINE).fold(0, |any, cell| any | cell[0].to_bits());
+            any |= cells.last().map_or(0, |cell| cell[0].to_bits());
+        }
+        std::hint::black_box(any);
     }
 
     /// Numbers of the cells that hold places of the image, of one of nothing outside it.
@@ -145,13 +173,21 @@ impl Planes {
         self.last_row
     }
 
-    /// Columns and rows of the pixels that are nearest to places of the image, counted from the margin.
+    /// The four components of the records of the pixels that are nearest to places of the image.
     #[inline]
-    pub fn pixels(&self, u: f32x4, v: f32x4) -> ([u32; 4], [u32; 4]) {
-        let (last_x, last_y) = (2.0 * self.last_column() + 1.0, 2.0 * self.last_row() + 1.0);
-        let x = (u + 2.0).fast_max(f32x4::ZERO).fast_min(f32x4::splat(last_x));
-        let y = (v + 2.0).fast_max(f32x4::ZERO).fast_min(f32x4::splat(last_y));
-        (whole(x), whole(y))
+    pub fn pixels(&self, u: f32x4, v: f32x4) -> [f32x4; 4] {
+        let last = |cell: f32| f32x4::splat(2.0 * cell + 1.0);
+        let x = (u + 2.0).fast_max(f32x4::ZERO).fast_min(last(self.last_column()));
+        let y = (v + 2.0).fast_max(f32x4::ZERO).fast_min(last(self.last_row()));
+        let (x, y) = ((x + ROUND) - ROUND, (y + ROUND) - ROUND);
+        let (column, row) = (((x * 0.5 - 0.25) + ROUND) - ROUND, ((y * 0.5 - 0.25) + ROUND) - ROUND);
+        let cell = row * (self.last_column() + 1.0) + column;
+        let [i, j, k, l] = whole(cell);
+        let kind = f32x4::new([self.cell(i)[3], self.cell(j)[3], self.cell(k)[3], self.cell(l)[3]]);
+        let torn = kind.simd_lt(f32x4::ZERO) & kind.simd_gt(f32x4::splat(NONE));
+        let which = (x - column * 2.0) + (y - row * 2.0) * 2.0;
+        let [i, j, k, l] = whole(torn.bitselect(which - kind - 1.0, cell));
+        columns([self.cell(i), self.cell(j), self.cell(k), self.cell(l)])
     }
 
     /// What the pixel in column `x` and row `y` shows.
@@ -170,21 +206,30 @@ impl Planes {
     /// The record at a pixel, counted from the margin.
     #[inline]
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
-        let (row, column) = ((y >> 1) as usize, (x >> 1) as usize);
-        let cell = *self.cells.get(row * self.columns + column).unwrap_or(&NOTHING);
+        let cell = self.cell((y >> 1) * self.columns as u32 + (x >> 1));
         if Cell::of(&cell) != Cell::Torn {
             return cell;
         }
-        let (number, which) = ((-1.0 - cell[3]) as usize, (x & 1 | (y & 1) << 1) as usize);
-        let patches = self.torn.get((row - 1) / BAND).and_then(|t| t.get(number));
-        patches.map_or(NOTHING, |p| p[which])
+        self.cell((-1.0 - cell[3]) as u32 + (x & 1 | (y & 1) << 1))
     }
+}
+
+/// Four records as their four components.
+#[inline]
+pub fn columns([a, b, c, d]: [[f32; 4]; 4]) -> [f32x4; 4] {
+    f32x4::transpose([f32x4::new(a), f32x4::new(b), f32x4::new(c), f32x4::new(d)])
 }
 
 /// The nearest whole numbers, of 0 or more.
 #[inline]
 fn whole(x: f32x4) -> [u32; 4] {
-    (x + ROUND).to_array().map(|x| x.to_bits() - ROUND_BITS)
+    let [a, b, c, d] = (x + ROUND).to_array();
+    [
+        a.to_bits() - ROUND_BITS,
+        b.to_bits() - ROUND_BITS,
+        c.to_bits() - ROUND_BITS,
+        d.to_bits() - ROUND_BITS,
+    ]
 }
 
 impl Cell {
@@ -201,13 +246,7 @@ impl Cell {
 }
 
 /// Fits the cells of a band from row `top` on; gives the planes of the pixels of its torn cells.
-fn fit_band(
-    depths: &InverseDepths,
-    lens: Lens,
-    noise: Noise,
-    top: usize,
-    cells: &mut [[f32; 4]],
-) -> Vec<[[f32; 4]; 4]> {
+fn fit_band(depths: &InverseDepths, lens: Lens, noise: Noise, top: usize, cells: &mut [[f32; 4]]) -> Vec<Torn> {
     let columns = depths.width.div_ceil(2);
     let rows = cells.len() / (columns + 2);
     let mut torn = Vec::new();
@@ -218,13 +257,14 @@ fn fit_band(
             .collect();
         let end = (left + TILE).min(columns);
         for (k, row) in cells.chunks_exact_mut(columns + 2).enumerate() {
+            let start = k * (columns + 2) + left + 1;
             let fit = fit_cells(&sums[k..k + 3], reference);
             let found = records(&fit, lens, noise, left, top + k);
             for (x, (cell, record)) in row[left + 1..=end].iter_mut().zip(found).enumerate() {
                 *cell = record;
                 if Cell::of(cell) == Cell::Torn {
-                    cell[3] = -1.0 - torn.len() as f32;
-                    torn.push(patches(depths, lens, noise.variance(fit.q[x]), left + x, top + k));
+                    let patches = patches(depths, lens, noise.variance(fit.q[x]), 2 * (left + x), 2 * (top + k));
+                    torn.push((start + x, patches));
                 }
             }
         }
@@ -235,26 +275,33 @@ fn fit_band(
 /// The records of smooth cells; of the others whether there is nothing, and the range that the readings span.
 fn records(fit: &Fit, lens: Lens, noise: Noise, left: usize, row: usize) -> [[f32; 4]; TILE] {
     let mut found = [NOTHING; TILE];
-    let v = 2.0 * row as f32 + 0.5;
-    for (x, record) in found.iter_mut().enumerate() {
-        let u = 2.0 * (left + x) as f32 + 0.5;
-        let variance = noise.variance(fit.q[x]);
+    let v = f32x4::splat(2.0 * row as f32 + 0.5);
+    let (zero, nothing) = (f32x4::ZERO, f32x4::splat(NOTHING[3]));
+    for x in (0..TILE).step_by(4) {
+        let four = |values: &[f32; TILE]| f32x4::new([values[x], values[x + 1], values[x + 2], values[x + 3]]);
+        let (low, near, far) = (four(&fit.low), four(&fit.near), four(&fit.far));
+        let u = f32x4::new([0.5, 2.5, 4.5, 6.5]) + 2.0 * (left + x) as f32;
+        let q = four(&fit.q);
+        let variance = noise.variances(q);
         // A plane lies inside of what is bent: the middle is moved out, by as much as the bend stands out of the noise
         // (the positive part of James and Stein's estimator).
-        let sure = larger(1.0 - variance / larger(fit.power[x], 1e-12), 0.0);
-        let [a, b, c, d] = lens.record(fit.q[x] - sure * fit.bend[x], fit.a[x], fit.b[x], u, v);
-        let smooth = fit.low[x] > 0.0 && fit.misfit[x] <= SMOOTH * variance;
-        let torn = if fit.near[x] > 0.0 { -1.0 } else { NOTHING[3] };
-        let upright = if d * fit.q[x] > LEAST_SLANT { d } else { NOTHING[3] };
-        let through = if fit.low[x] > 0.0 { fit.near[x] } else { f32::MAX };
-        record[0] = if smooth { a } else { fit.far[x] };
-        record[1] = if smooth { b } else { through };
-        record[2] = if smooth { c } else { fit.low[x] };
-        record[3] = if smooth { upright } else { torn };
+        let power = four(&fit.power).fast_max(f32x4::splat(1e-12));
+        let sure = (f32x4::ONE - variance / power).fast_max(zero);
+        let [a, b, c, d] = lens.records(q - sure * four(&fit.bend), four(&fit.a), four(&fit.b), u, v);
+        let whole = low.simd_gt(zero);
+        let smooth = whole & four(&fit.misfit).simd_le(SMOOTH * variance);
+        let torn = near.simd_gt(zero).bitselect(f32x4::splat(-1.0), nothing);
+        let upright = (d * q).simd_gt(f32x4::splat(LEAST_SLANT)).bitselect(d, nothing);
+        let through = whole.bitselect(near, f32x4::splat(f32::MAX));
+        let records = f32x4::transpose([
+            smooth.bitselect(a, far),
+            smooth.bitselect(b, through),
+            smooth.bitselect(c, low),
+            smooth.bitselect(upright, torn),
+        ]);
+        for (into, record) in found[x..].iter_mut().zip(records) {
+            *into = record.to_array();
+        }
     }
     found
-}
-
-fn patches(depths: &InverseDepths, lens: Lens, variance: f32, x: usize, y: usize) -> [[f32; 4]; 4] {
-    std::array::from_fn(|n| patch(depths, lens, variance, 2 * x + (n & 1), 2 * y + (n >> 1)))
 }

@@ -49,22 +49,26 @@ impl Pyramid {
     pub fn new(depths: &InverseDepths) -> Self {
         let (columns, rows) = (depths.width.div_ceil(SQUARE), depths.height.div_ceil(SQUARE));
         let mut spans = vec![Span::EMPTY; columns * rows];
-        for y in 0..depths.height {
-            let row = &depths.values[depths.at(0, y)..][..depths.width];
-            let into = &mut spans[y / SQUARE * columns..][..columns];
-            for (span, pixels) in into.iter_mut().zip(row.chunks(SQUARE)) {
-                let (mut least, mut most, mut low) = (f32::MAX, 0.0_f32, f32::MAX);
-                for q in pixels {
+        let width = depths.width;
+        for (row, into) in spans.chunks_mut(columns).enumerate() {
+            // Along columns first, which goes for many at once.
+            let (mut least, mut most, mut low) = (vec![f32::MAX; width], vec![0.0_f32; width], vec![f32::MAX; width]);
+            for y in row * SQUARE..((row + 1) * SQUARE).min(depths.height) {
+                let pixels = &depths.values[depths.at(0, y)..][..width];
+                for (((q, least), most), low) in pixels.iter().zip(&mut least).zip(&mut most).zip(&mut low) {
                     let seen = if *q > 0.0 { *q } else { f32::MAX };
-                    least = if seen < least { seen } else { least };
-                    most = if *q > most { *q } else { most };
-                    low = if *q < low { *q } else { low };
+                    *least = if seen < *least { seen } else { *least };
+                    *most = if *q > *most { *q } else { *most };
+                    *low = if *q < *low { *q } else { *low };
                 }
-                *span = span.join(Span {
-                    least,
-                    most,
-                    whole: low > 0.0,
-                });
+            }
+            let squares = least.chunks(SQUARE).zip(most.chunks(SQUARE)).zip(low.chunks(SQUARE));
+            for (span, ((least, most), low)) in into.iter_mut().zip(squares) {
+                *span = Span {
+                    least: least.iter().fold(f32::MAX, |a, b| a.min(*b)),
+                    most: most.iter().fold(0.0, |a, b| b.max(a)),
+                    whole: low.iter().all(|q| *q > 0.0),
+                };
             }
         }
         let mut levels = vec![Level { columns, spans }];

@@ -91,6 +91,23 @@ fn fused(cast: Cast, sd: f64, colored: bool) -> Mesh {
     fusion.extract()
 }
 
+/// The same views added as one sequence.
+fn fused_together(cast: Cast, sd: f64) -> Mesh {
+    let views: Vec<_> = (0..16).map(|n| view(cast, &pose(n), sd, n as u64)).collect();
+    let shots: Vec<Shot> = views
+        .iter()
+        .enumerate()
+        .map(|(n, (depth, color))| Shot {
+            field_from_camera: pose(n),
+            depth,
+            color: Some(color),
+        })
+        .collect();
+    let mut fusion = Fusion::new(FusionConfig::default()).unwrap();
+    fusion.integrate_all(&camera(), &shots).unwrap();
+    fusion.extract()
+}
+
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
     sum / count
@@ -129,6 +146,19 @@ fn the_number_of_threads_changes_nothing() {
         "{:?}",
         one.colors.first()
     );
+}
+
+#[test]
+fn a_sequence_added_together_is_as_good_and_does_not_depend_on_the_threads() {
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| fused_together(ball, 0.001))
+    };
+    let (one, three, alone) = (with(1), with(3), fused(ball, 0.001, true));
+    assert!(one == three);
+    let error = |mesh: &Mesh| mean(mesh.vertices.iter().map(|p| (p.coords.norm() - 0.05).abs()));
+    let (together, alone) = (error(&one), error(&alone));
+    assert!(together < alone + 2e-6, "{together} against {alone} one by one");
 }
 
 #[test]

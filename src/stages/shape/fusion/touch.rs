@@ -9,6 +9,9 @@ use crate::geometry::{BLOCK, BlockGrid};
 /// Blocks from one look to the next, at most: what lies between is then within reach of one of them.
 const SPACING: f32 = 0.45;
 
+/// Ranges of blocks that are remembered, for what lies side by side asks for the same.
+const RECENT: usize = 256;
+
 /// Keeps the blocks that are within `reach` of a surface that a view shows, m.
 pub fn touch_blocks(grid: &mut BlockGrid, view: &Prepared, field_from_camera: &Isometry3<f64>, reach: f64) {
     let block = grid.voxel * f64::from(BLOCK);
@@ -29,7 +32,7 @@ pub fn touch_blocks(grid: &mut BlockGrid, view: &Prepared, field_from_camera: &I
     let eye = (field_from_camera.translation.vector / block).map(|x| x as f32);
     let reach = (reach / block) as f32;
     let pixels = SPACING * (block * camera.fx.max(camera.fy)) as f32;
-    let mut last = [[i32::MAX; 3]; 2];
+    let mut recent = [[[i32::MAX; 3]; 2]; RECENT];
     for (corner, least) in view.pyramid.coarse() {
         let count = (COARSE as f32 / (pixels * least)).ceil().clamp(1.0, COARSE as f32) as usize;
         for n in 0..count * count {
@@ -41,10 +44,12 @@ pub fn touch_blocks(grid: &mut BlockGrid, view: &Prepared, field_from_camera: &I
             }
             let (u, v) = (x as f32, y as f32);
             let p = eye + ray * Vector3::new(u, v, 1.0) * (d / (a * u + b * v + c));
-            let range = [-reach, reach].map(|shift| [p.x, p.y, p.z].map(|x| floor(x + shift)));
-            if range != last {
-                touch_all(grid, range);
-                last = range;
+            let low = [floor(p.x - reach), floor(p.y - reach), floor(p.z - reach)];
+            let high = [floor(p.x + reach), floor(p.y + reach), floor(p.z + reach)];
+            let last = &mut recent[(low[0] ^ low[1] << 2 ^ low[2] << 4) as usize % RECENT];
+            if *last != [low, high] {
+                *last = [low, high];
+                touch_all(grid, [low, high]);
             }
         }
     }

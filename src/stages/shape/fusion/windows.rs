@@ -81,7 +81,7 @@ fn smaller(a: f32, b: f32) -> f32 {
 }
 
 #[inline]
-pub fn larger(a: f32, b: f32) -> f32 {
+fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 

@@ -7,6 +7,7 @@ mod demo;
 mod diagnose;
 mod explore;
 mod export;
+mod import;
 mod inspect;
 mod output;
 mod reconstruct;

@@ -6,8 +6,8 @@ use clap::Parser;
 
 use super::arguments::{Arguments, Command};
 use super::{
-    calibrate, check, demo, diagnose, explore, export, inspect, output, reconstruct, schema, score, simulate, synth,
-    view,
+    calibrate, check, demo, diagnose, explore, export, import, inspect, output, reconstruct, schema, score, simulate,
+    synth, view,
 };
 use crate::base::{Error, Result};
 
@@ -60,8 +60,9 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
         Command::Inspect { capture } => inspect::inspect(common, capture),
         Command::Schema { format } => schema::schema(format),
         Command::Score { twin, truth } => score::score(common, twin, truth),
-        Command::Check { twin } => check::check(common, twin),
-        Command::Export { twin, to } => export::export(common, twin, to),
+        Command::Check { twin, engines, capture } => check::check(common, twin, engines, capture.as_deref()),
+        Command::Export { twin, to, variants } => export::export(common, twin, to, *variants),
+        Command::Import { what } => import::import(common, what),
         Command::Simulate { twin, deed } => simulate::simulate(common, twin, deed),
         Command::View { twin, port, no_open } => view::view(common, twin, *port, !no_open),
         Command::Calibrate { what } => calibrate::calibrate(common, what),

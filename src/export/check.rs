@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::layout::lay_out;
 use super::loaded::{Axis, Loaded, Solid, expected};
-use super::rest::{RestResult, rest};
+use super::rest::{RestResult, STEPS, rest_for};
 use super::scene::{Scene, Tree};
 use super::{load_glb, load_mjcf, load_sdf, load_urdf};
 use crate::base::{Result, read_bytes, read_text};
@@ -265,7 +265,7 @@ impl CheckReport {
     }
 
     fn rest(&mut self, scene: &Scene, model: &Model) {
-        self.rest = rest(scene, model);
+        self.rest = rest_for(scene, model, STEPS);
         for result in self.rest.clone() {
             self.require(result.is_calm(), "embedded engine", &result.part, || {
                 format!("does not rest: {result}")

@@ -34,6 +34,15 @@ pub(super) fn colliders(part: &Part, model: &Model, up: &Vector3<f64>) -> Vec<Co
         .collect()
 }
 
+/// The convex parts alone, in the part's frame.
+pub(super) fn hulls<'a>(part: &'a Part, model: &'a Model) -> impl Iterator<Item = ColliderBuilder> + 'a {
+    let meshes = part.hulls.iter().filter_map(|path| model.meshes.get(path));
+    meshes.filter_map(|mesh| {
+        let points: Vec<Point3<f64>> = mesh.vertices.iter().map(|v| v + part.link_origin).collect();
+        hull(&points)
+    })
+}
+
 fn hull(points: &[Point3<f64>]) -> Option<ColliderBuilder> {
     let points: Vec<_> = points.iter().map(|p| p.coords.into()).collect();
     ColliderBuilder::convex_hull(&points)

@@ -41,6 +41,11 @@ struct Bond {
 impl<'a> Engine<'a> {
     /// The scene at the first view. Nothing where there is no table, since all would fall.
     pub(super) fn new(scene: &'a Scene, model: &Model) -> Option<Self> {
+        Self::of(scene, model, |_| true)
+    }
+
+    /// As [`Engine::new`], with those trees alone for which `present` holds.
+    pub(super) fn of(scene: &'a Scene, model: &Model, present: impl Fn(&Tree) -> bool) -> Option<Self> {
         let floor = scene.floor.as_ref()?;
         let mut world = PhysicsWorld::new();
         world.gravity = scene.gravity.into();
@@ -49,7 +54,7 @@ impl<'a> Engine<'a> {
         let mut handles: Vec<Vec<RigidBodyHandle>> = Vec::new();
         for tree in &scene.trees {
             let bare = tree.parts.iter().all(Part::is_bare);
-            let added = if bare {
+            let added = if bare || !present(tree) {
                 Vec::new()
             } else {
                 add_tree(&mut world, tree, model, &floor.normal)

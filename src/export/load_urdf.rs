@@ -58,7 +58,10 @@ pub(super) fn load(file: &Path, text: &str, world_from_root: impl Fn(&str) -> Is
 }
 
 /// World-from-link of every link; nothing where they do not all hang on one root.
-fn place(robot: &Robot, root_pose: impl Fn(&str) -> Isometry3<f64>) -> Option<BTreeMap<String, Isometry3<f64>>> {
+pub(super) fn place(
+    robot: &Robot,
+    root_pose: impl Fn(&str) -> Isometry3<f64>,
+) -> Option<BTreeMap<String, Isometry3<f64>>> {
     let is_child = |name: &str| robot.joints.iter().any(|j| j.child.link == name);
     let mut roots = robot.links.iter().filter(|l| !is_child(&l.name));
     let root = &roots.next()?.name;
@@ -77,7 +80,8 @@ fn place(robot: &Robot, root_pose: impl Fn(&str) -> Isometry3<f64>) -> Option<BT
     all.then_some(worlds)
 }
 
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+/// A pose of a URDF.
+pub(super) fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
     let [r, p, y] = pose.rpy.0;
     let rotation = Rotation3::from_euler_angles(r, p, y).into();
     Isometry3::from_parts(Translation3::from(Vector3::from(pose.xyz.0)), rotation)

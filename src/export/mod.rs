@@ -1,8 +1,12 @@
 //! Models for simulators, from a twin alone: URDF, MJCF, glTF, and the check that they say what the twin says.
 
+mod adopt;
+mod adopt_urdf;
+mod approach;
 mod check;
 mod colliders;
 mod deed;
+mod draw;
 mod engine;
 mod glb;
 mod glb_buffer;
@@ -18,23 +22,33 @@ mod mjcf;
 mod names;
 mod note;
 mod outcome;
+mod play;
 mod playable;
 mod rest;
 mod scene;
 mod sdf;
+mod staged;
 mod surface;
+mod trial;
 mod unsayable;
 mod urdf;
 mod usd;
 mod usd_looks;
+mod variants;
 mod write;
 mod xml;
 
+pub use adopt::{Trust, adopt};
+pub use approach::meeting;
 pub use check::{CheckReport, Problem, check};
 pub use deed::Deed;
 pub use manipulate::{manipulate, manipulate_folder};
 pub use note::ExportNote;
 pub use outcome::{Opened, Outcome, PartOutcome, Verdict};
+pub use play::{play, rest_in_engine};
 pub use playable::{PlayBond, PlayFloor, PlayJoint, PlayMotion, PlayPart, Playable, playable};
 pub use rest::RestResult;
+pub use staged::{StagedPart, StagedScene, StagedTree, StagedTrial, stage};
+pub use trial::{Hold, Played, Trial, TrialShape};
+pub use variants::{Drawn, DrawnJoint, DrawnLink, export_variants, variant};
 pub use write::{Files, Format, export_all, export_into, exports, exports_as};

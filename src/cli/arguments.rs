@@ -89,6 +89,19 @@ pub enum Command {
         #[arg(long)]
         timings: bool,
     },
+    /// Reconstruct many captures on all cores, each into a folder of its own; twins that are there already are kept
+    #[command(after_help = "Example:\n  palpate batch captures/* --out twins")]
+    Batch {
+        /// The captures' folders
+        #[arg(required = true)]
+        captures: Vec<PathBuf>,
+        /// Where the twins go, each in a folder called as the capture's
+        #[arg(long)]
+        out: PathBuf,
+        /// Edge of a voxel of the shape pass, m
+        #[arg(long, default_value_t = 0.002)]
+        voxel: f64,
+    },
     /// Say what a model gets wrong of a capture, why, by how much, and what would decide; writes nothing
     #[command(
         after_help = "Example:\n  palpate diagnose capture\n  palpate diagnose capture --model twin --causes support-tilt,viscous-friction"
@@ -183,7 +196,7 @@ pub enum Command {
     },
     /// Take, push or open something of a twin in the embedded engine: what comes along?
     #[command(
-        after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door"
+        after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door --film door.glb"
     )]
     Simulate {
         /// The twin's folder
@@ -191,6 +204,9 @@ pub enum Command {
         /// pick:BODY, push:BODY,DIRECTION,SPEED (x, -x, y, -y or degrees; m/s, may be left out) or open:JOINT,SPEED
         #[arg(long = "do", value_name = "DEED", allow_hyphen_values = true)]
         deed: String,
+        /// Also write what happens as an animation in a binary glTF
+        #[arg(long, value_name = "FILE.glb")]
+        film: Option<PathBuf>,
     },
     /// Serve the report of a twin on loopback and open it
     #[command(after_help = "Example:\n  palpate view twin")]

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::arguments::Common;
 use super::output;
-use crate::base::{Error, Result, read_text};
+use crate::base::{Error, Result, Seed, read_text};
 use crate::capture::{Capture, read_capture};
 use crate::engines::{EngineName, EnginesReport, compare};
 use crate::export::{CheckReport, check as load_again};
@@ -34,7 +34,7 @@ pub fn check(common: &Common, twin: &Path, engines: &[String], capture: Option<&
             Some(folder) => read_capture(folder)?,
             None => beside(twin, &model)?,
         };
-        let played = compare(&capture, &model, twin, &engines)?;
+        let played = compare(&capture, &model, twin, &engines, Seed(common.seed))?;
         let all = Across {
             check: &report,
             played: &played,

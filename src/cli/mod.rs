@@ -1,6 +1,7 @@
 //! The command line: parse, call, print.
 
 mod arguments;
+mod batch;
 mod calibrate;
 mod check;
 mod demo;

@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use super::outside::{EngineName, Silence, ask};
 use super::recorded::{Recorded, recorded};
-use super::table::{EngineReport, EnginesReport, Outcome, RestRow, TouchRow};
-use crate::base::Result;
+use super::table::{Doubt, EngineReport, EnginesReport, Outcome, RestRow, TouchRow};
+use crate::base::{Pose, Result, Seed};
 use crate::capture::Capture;
-use crate::export::{Played, play, rest_in_engine, stage};
+use crate::export::{Hold, Played, Trial, play, rest_in_engine, stage, variant};
 use crate::twin::Model;
 
 /// Seconds of rest in every engine.
@@ -18,11 +18,21 @@ const REST_SECONDS: f64 = 5.0;
 /// Seconds over which forces are averaged before they are compared: stiff contacts chatter.
 const BLOCK: f64 = 0.25;
 
-/// Plays the touches of `capture` with the twin in `folder`, which holds `model` and its exports, in each of `engines`.
+/// Models drawn from the twin by which the doubt of a touch is told.
+const DRAWS: usize = 8;
+
+/// Plays the touches of `capture` with the twin in `folder`, which holds `model` and its exports, in each of `engines`; `seed`
+/// is that of the models by which the doubt of each held-out touch is told.
 ///
 /// # Errors
 /// Where the twin cannot be laid out. An engine that is not there, or fails, is told in the report.
-pub fn compare(capture: &Capture, model: &Model, folder: &Path, engines: &[EngineName]) -> Result<EnginesReport> {
+pub fn compare(
+    capture: &Capture,
+    model: &Model,
+    folder: &Path,
+    engines: &[EngineName],
+    seed: Seed,
+) -> Result<EnginesReport> {
     let (touches, skipped) = recorded(capture, model)?;
     let trials: Vec<_> = touches.iter().map(|t| t.trial.clone()).collect();
     let (scene, staged) = stage(model, &trials)?;
@@ -60,11 +70,45 @@ pub fn compare(capture: &Capture, model: &Model, folder: &Path, engines: &[Engin
         report.touches = rows.collect();
         reports.push(report);
     }
+    let held_out: Vec<&Recorded> = touches
+        .iter()
+        .filter(|t| t.held_out && t.trial.hold == Hold::Touch)
+        .collect();
+    let doubts: Vec<Option<Doubt>> = held_out.par_iter().map(|t| doubt(model, t, seed)).collect();
     Ok(EnginesReport {
+        doubts: doubts.into_iter().flatten().collect(),
         capture: capture.name.clone(),
         rest_seconds: REST_SECONDS,
         engines: reports,
         skipped,
+    })
+}
+
+/// How the touch comes out with models drawn from the twin; nothing where it cannot be played.
+fn doubt(model: &Model, touch: &Recorded, seed: Seed) -> Option<Doubt> {
+    let name = &touch.trial.target;
+    let ended: Option<Vec<Pose>> = (0..DRAWS)
+        .into_par_iter()
+        .map(|k| {
+            let (drawn, _) = variant(model, seed, k);
+            let tool = drawn.twin.link(name)?.friction.tool.as_ref();
+            let trial = Trial {
+                friction: tool.map_or(touch.trial.friction, |e| e.value),
+                ..touch.trial.clone()
+            };
+            play(&drawn, &trial).ok()?.ended.get(name).copied()
+        })
+        .collect();
+    let ended = ended?;
+    let com = model.twin.link(name)?.com.as_ref().map_or([0.0; 3], |c| c.value);
+    let places: Vec<Vector3<f64>> = ended.iter().map(|p| (p.0 * Point3::from(com)).coords).collect();
+    let mean = places.iter().sum::<Vector3<f64>>() / places.len() as f64;
+    let rms = |of: &mut dyn Iterator<Item = f64>| (of.map(|v| v * v).sum::<f64>() / DRAWS as f64).sqrt();
+    let first = ended.first()?.rotation;
+    Some(Doubt {
+        interaction: touch.trial.name.clone(),
+        position: rms(&mut places.iter().map(|p| (p - mean).norm())),
+        turn: rms(&mut ended.iter().map(|p| p.rotation.angle_to(&first))),
     })
 }
 

@@ -7,4 +7,4 @@ mod table;
 
 pub use compare::compare;
 pub use outside::EngineName;
-pub use table::{EngineReport, EnginesReport, Outcome, RestRow, Skipped, TouchRow};
+pub use table::{Doubt, EngineReport, EnginesReport, Outcome, RestRow, Skipped, TouchRow};

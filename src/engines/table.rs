@@ -22,8 +22,22 @@ pub struct EnginesReport {
     pub rest_seconds: f64,
     /// In the order in which they were asked for.
     pub engines: Vec<EngineReport>,
+    /// How far the twin's own intervals scatter each touch.
+    pub doubts: Vec<Doubt>,
     /// Interactions that were not played, and why.
     pub skipped: Vec<Skipped>,
+}
+
+/// How far a touch scatters in the embedded engine when the twin's numbers are drawn from their intervals; the doubt of the
+/// shape and of where the tool was is not in it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Doubt {
+    /// The interaction.
+    pub interaction: String,
+    /// Root mean square distance of the final centres of mass from their mean, m.
+    pub position: f64,
+    /// Root mean square of their turns from the first draw's, rad.
+    pub turn: f64,
 }
 
 /// What one engine made of it.
@@ -239,6 +253,14 @@ impl fmt::Display for EnginesReport {
         writeln!(f, "touches of {} played in engines (* held out)", self.capture)?;
         for engine in &self.engines {
             write!(f, "{engine}")?;
+        }
+        for d in &self.doubts {
+            let (place, turn) = (1e3 * d.position, d.turn.to_degrees());
+            let name = &d.interaction;
+            writeln!(
+                f,
+                "the twin's intervals alone scatter {name} by {place:.2} mm and {turn:.2} degrees (rapier)"
+            )?;
         }
         for s in &self.skipped {
             writeln!(f, "not played: {}: {}", s.interaction, s.why)?;

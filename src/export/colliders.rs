@@ -6,7 +6,8 @@
 use nalgebra::{Point3, Vector3};
 use rapier3d_f64::prelude::{CoefficientCombineRule, ColliderBuilder};
 
-use super::scene::Part;
+use super::feet::{RADIUS, feet};
+use super::scene::{Floor, Part};
 use crate::geometry::Mesh;
 use crate::twin::Model;
 
@@ -15,10 +16,14 @@ const LEVEL: f64 = 0.9;
 /// Tetrahedra smaller than this are slivers, m³.
 const SLIVER: f64 = 1e-12;
 
-/// All colliders of a part in its frame; `up` is the direction away from the table, world.
-pub(super) fn colliders(part: &Part, model: &Model, up: &Vector3<f64>) -> Vec<ColliderBuilder> {
-    let up = part.world_from_part.rotation.inverse() * up;
-    let mut all = Vec::new();
+/// All colliders of a part in its frame, its feet among them.
+pub(super) fn colliders(part: &Part, model: &Model, floor: &Floor) -> Vec<ColliderBuilder> {
+    let up = part.world_from_part.rotation.inverse() * floor.normal.into_inner();
+    let ring = feet(part, model, Some(floor));
+    let mut all: Vec<ColliderBuilder> = ring
+        .iter()
+        .map(|at| ColliderBuilder::ball(RADIUS).translation(at.coords.into()))
+        .collect();
     for mesh in part.hulls.iter().filter_map(|path| model.meshes.get(path)) {
         let points: Vec<Point3<f64>> = mesh.vertices.iter().map(|v| v + part.link_origin).collect();
         all.extend(hull(&points));

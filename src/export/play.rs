@@ -8,7 +8,7 @@ use rapier3d_f64::prelude::{
     JointAxesMask, RigidBodyBuilder, RigidBodyHandle,
 };
 
-use super::engine::{Engine, STEP};
+use super::engine::{Engine, STEP, no_table};
 use super::layout::lay_out;
 use super::rest::{RestResult, rest_for};
 use super::scene::Scene;
@@ -65,10 +65,6 @@ pub fn play(model: &Model, trial: &Trial) -> Result<Played> {
 /// Where the joints of a body do not make one tree.
 pub fn rest_in_engine(model: &Model, seconds: f64) -> Result<Vec<RestResult>> {
     Ok(rest_for(&lay_out(model)?, model, (seconds / STEP) as usize))
-}
-
-fn no_table() -> Error {
-    Error::Failed("no table: everything would fall".into())
 }
 
 fn links(engine: &Engine) -> BTreeMap<String, Pose> {

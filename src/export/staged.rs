@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Translation3};
 use serde::Serialize;
 
+use super::engine::no_table;
 use super::layout::lay_out;
 use super::scene::{Part, Scene, Tree};
 use super::trial::{Hold, Trial, TrialShape, place};
@@ -90,7 +91,7 @@ pub struct StagedTrial {
 pub fn stage(model: &Model, trials: &[Trial]) -> Result<(StagedScene, Vec<StagedTrial>)> {
     let scene = lay_out(model)?;
     let floor = scene.floor.as_ref();
-    let floor = floor.ok_or_else(|| Error::Failed("no table: everything would fall".into()))?;
+    let floor = floor.ok_or_else(no_table)?;
     let staged = StagedScene {
         gravity: scene.gravity.into(),
         point: floor.point.into(),

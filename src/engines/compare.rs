@@ -18,11 +18,13 @@ const REST_SECONDS: f64 = 5.0;
 /// Seconds over which forces are averaged before they are compared: stiff contacts chatter.
 const BLOCK: f64 = 0.25;
 
+/// A tool that is slower than this stands, m/s.
+const SLOW: f64 = 1e-3;
 /// Models drawn from the twin by which the doubt of a touch is told.
 const DRAWS: usize = 8;
 
 /// Plays the touches of `capture` with the twin in `folder`, which holds `model` and its exports, in each of `engines`; `seed`
-/// is that of the models by which the doubt of each held-out touch is told.
+/// is that of the models by which the doubt of each held-out touch is told that an engine misses.
 ///
 /// # Errors
 /// Where the twin cannot be laid out. An engine that is not there, or fails, is told in the report.
@@ -140,7 +142,7 @@ fn row(model: &Model, touch: &Recorded, played: std::result::Result<Played, Stri
             let went = ended.0 * com - settled.0 * com;
             let error = (went - measured).norm();
             let turned = ended.rotation * settled.rotation.inverse();
-            let force = force_errors(&touch.force, &played.force);
+            let force = force_errors(touch, &played.force);
             Outcome::Played {
                 missed_by: (went - measured).into(),
                 position_error: error,
@@ -163,15 +165,20 @@ fn row(model: &Model, touch: &Recorded, played: std::result::Result<Played, Stri
     }
 }
 
-/// Root mean squares of the difference and of the measured force, N, over the blocks in which either is felt.
-fn force_errors(measured: &[(f64, Vector3<f64>)], played: &[(f64, [f64; 3])]) -> Option<[f64; 2]> {
+/// Root mean squares of the difference and of the measured force, N, over the blocks in which the tool moves: a finger that
+/// stands still keeps pressing by its own softness, which engines do not have.
+fn force_errors(touch: &Recorded, played: &[(f64, [f64; 3])]) -> Option<[f64; 2]> {
+    let measured = touch.force.as_slice();
+    if touch.trial.hold != Hold::Touch {
+        return None;
+    }
     let end = played.last()?.0.min(measured.last()?.0);
     let mean = |of: &mut dyn Iterator<Item = Vector3<f64>>| {
         let (sum, count) = of.fold((Vector3::zeros(), 0.0), |(s, n), f| (s + f, n + 1.0));
         (count > 0.0).then(|| sum / count)
     };
     let (mut squares, mut count) = ([0.0; 2], 0.0);
-    for block in 0..(end / BLOCK) as usize {
+    for block in (0..(end / BLOCK) as usize).filter(|b| moves(&touch.trial, *b)) {
         let within = |t: f64| (t / BLOCK) as usize == block && t >= 0.0;
         let a = mean(&mut measured.iter().filter(|r| within(r.0)).map(|r| r.1));
         let b = mean(&mut played.iter().filter(|r| within(r.0)).map(|r| Vector3::from(r.1)));
@@ -182,4 +189,17 @@ fn force_errors(measured: &[(f64, Vector3<f64>)], played: &[(f64, [f64; 3])]) ->
         }
     }
     (count > 0.0).then(|| squares.map(|s| (s / count).sqrt()))
+}
+
+/// Whether the tool goes on in a block.
+fn moves(trial: &Trial, block: usize) -> bool {
+    let row = |t: f64| {
+        trial
+            .time
+            .partition_point(|x| *x < t)
+            .min(trial.path.len().saturating_sub(1))
+    };
+    let at = |t: f64| trial.path.get(row(t)).map(|p| p.translation.vector);
+    let ends = at(BLOCK * block as f64).zip(at(BLOCK * (block + 1) as f64));
+    ends.is_some_and(|(a, b)| (a - b).norm() > SLOW * BLOCK)
 }

@@ -10,6 +10,8 @@ use super::outside::EngineName;
 pub const SHARE: f64 = 0.10;
 /// rad.
 pub const TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// What is nearer than this, m, is as measured however short the way.
+const NEAR: f64 = 2e-4;
 const DRIFT: f64 = 1e-3;
 const SPIN: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
@@ -22,7 +24,7 @@ pub struct EnginesReport {
     pub rest_seconds: f64,
     /// In the order in which they were asked for.
     pub engines: Vec<EngineReport>,
-    /// How far the twin's own intervals scatter each touch.
+    /// How far the twin's own intervals scatter each held-out touch that an engine misses.
     pub doubts: Vec<Doubt>,
     /// Interactions that were not played, and why.
     pub skipped: Vec<Skipped>,
@@ -104,8 +106,8 @@ pub enum Outcome {
         relative_error: f64,
         /// Angle between the final orientation and the measured one, rad.
         turn_error: Option<f64>,
-        /// Root mean square difference of the tool's force over blocks of a quarter second, N; absent where no force was
-        /// measured.
+        /// Root mean square difference of the tool's force over blocks of a quarter second in which the tool moves, N; absent
+        /// where no force was measured, and where the tool holds the thing: a rigid grip fights a joint.
         force_rms: Option<f64>,
         /// Root mean square of the measured force over the same blocks, N.
         force_measured: Option<f64>,
@@ -128,10 +130,11 @@ impl TouchRow {
     pub fn within(&self) -> bool {
         match &self.outcome {
             Outcome::Played {
+                position_error,
                 relative_error,
                 turn_error,
                 ..
-            } => *relative_error <= SHARE && turn_error.is_none_or(|t| t <= TURN),
+            } => (*relative_error <= SHARE || *position_error <= NEAR) && turn_error.is_none_or(|t| t <= TURN),
             Outcome::NotPlayed(_) => false,
         }
     }

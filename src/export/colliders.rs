@@ -28,7 +28,7 @@ pub(super) fn colliders(part: &Part, model: &Model, floor: &Floor) -> Vec<Collid
         let points: Vec<Point3<f64>> = mesh.vertices.iter().map(|v| v + part.link_origin).collect();
         all.extend(hull(&points));
         all.extend(
-            level_faces(mesh, &points, &up)
+            level_faces(mesh, &points, &up, ring.is_empty())
                 .iter()
                 .filter_map(|corners| hull(corners)),
         );
@@ -53,14 +53,15 @@ fn hull(points: &[Point3<f64>]) -> Option<ColliderBuilder> {
     ColliderBuilder::convex_hull(&points)
 }
 
-/// A tetrahedron from every level face to the middle of the part.
-fn level_faces(mesh: &Mesh, points: &[Point3<f64>], up: &Vector3<f64>) -> Vec<[Point3<f64>; 4]> {
+/// A tetrahedron from every level face to the middle of the part; of those that look down only where it stands on its `faces`.
+fn level_faces(mesh: &Mesh, points: &[Point3<f64>], up: &Vector3<f64>, faces: bool) -> Vec<[Point3<f64>; 4]> {
     let middle = Point3::from(points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64);
     let of = |i: usize| {
         let normal = mesh.scaled_normal(i).try_normalize(0.0)?;
         let [a, b, c] = mesh.triangles[i].map(|v| points[v as usize]);
         let volume = (b - a).cross(&(c - a)).dot(&(middle - a)).abs() / 6.0;
-        (normal.dot(up).abs() > LEVEL && volume > SLIVER).then_some([a, b, c, middle])
+        let level = normal.dot(up) > LEVEL || faces && normal.dot(up) < -LEVEL;
+        (level && volume > SLIVER).then_some([a, b, c, middle])
     };
     (0..mesh.triangles.len()).filter_map(of).collect()
 }

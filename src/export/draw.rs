@@ -59,9 +59,9 @@ impl Draws {
         [f64; N]: crate::base::Value<Interval = [[f64; 2]; N]>,
     {
         let Some(ci95) = e.ci95.take() else { return };
-        for k in 0..N {
+        for (k, (value, interval)) in e.value.iter_mut().zip(ci95).enumerate() {
             let z = self.z(&format!("{quantity} {k}"));
-            e.value[k] = at(e.value[k], Some(ci95[k]), z, sign);
+            *value = at(*value, Some(interval), z, sign);
         }
         e.sd = None;
     }

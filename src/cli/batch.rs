@@ -45,6 +45,7 @@ pub fn batch(common: &Common, captures: &[PathBuf], out: &Path, voxel: f64) -> R
         voxel,
         timings: false,
         snapshot_prior: None,
+        force_scale: None,
     };
     let options = options(common, &request)?;
     let named = named(captures)?;

@@ -5,6 +5,7 @@
 pub mod base;
 pub mod capture;
 pub mod cli;
+pub mod engines;
 pub mod export;
 pub mod geometry;
 pub mod lab;

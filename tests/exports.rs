@@ -91,6 +91,7 @@ impl Builder {
                 point: [0.0; 3],
                 normal: [0.0, 0.0, 1.0],
                 material: None,
+                gravity: None,
             }),
             bodies: Vec::new(),
             relations: Vec::new(),

@@ -20,6 +20,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("learning", &["base", "math", "capture", "twin", "physics", "lab"]),
     ("pipeline", &["base", "capture", "twin", "stages"]),
     ("export", &["base", "geometry", "twin"]),
+    ("engines", &["base", "geometry", "capture", "twin", "export"]),
     (
         "report",
         &["base", "math", "capture", "twin", "stages", "pipeline", "export"],
@@ -27,7 +28,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "cli",
         &[
-            "base", "capture", "twin", "stages", "lab", "learning", "pipeline", "export", "report",
+            "base", "capture", "twin", "stages", "lab", "learning", "pipeline", "export", "engines", "report",
         ],
     ),
 ];

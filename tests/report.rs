@@ -144,6 +144,7 @@ fn twin() -> Twin {
             point: [0.0; 3],
             normal: [0.0, 0.0, 1.0],
             material: None,
+            gravity: None,
         }),
         bodies: vec![pair, Body::rigid(Link::new(EVIL, Pose::identity()))],
         relations: vec![

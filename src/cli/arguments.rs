@@ -92,6 +92,19 @@ pub enum Command {
         #[arg(long)]
         timings: bool,
     },
+    /// Reconstruct many captures on all cores, each into a folder of its own; twins that are there already are kept
+    #[command(after_help = "Example:\n  palpate batch captures/* --out twins")]
+    Batch {
+        /// The captures' folders
+        #[arg(required = true)]
+        captures: Vec<PathBuf>,
+        /// Where the twins go, each in a folder called as the capture's
+        #[arg(long)]
+        out: PathBuf,
+        /// Edge of a voxel of the shape pass, m
+        #[arg(long, default_value_t = 0.002)]
+        voxel: f64,
+    },
     /// Say what a model gets wrong of a capture, why, by how much, and what would decide; writes nothing
     #[command(
         after_help = "Example:\n  palpate diagnose capture\n  palpate diagnose capture --model twin --causes support-tilt,viscous-friction"
@@ -145,24 +158,48 @@ pub enum Command {
         #[arg(long)]
         truth: PathBuf,
     },
-    /// Load every export of a twin again, and in the embedded engine, and say what differs
-    #[command(after_help = "Example:\n  palpate check twin")]
+    /// Load every export of a twin again, and in the embedded engine, and say what differs; with --engines also play the
+    /// capture's pushes and pulls in engines and say how far each is from what was measured
+    #[command(
+        after_help = "Example:\n  palpate check twin\n  palpate check twin --engines rapier,mujoco,pybullet,drake --capture \
+                      capture\n\nAll engines but rapier run in Python: python3, or the one that PALPATE_PYTHON names."
+    )]
     Check {
         /// The twin's folder
         twin: PathBuf,
+        /// rapier, mujoco, pybullet, drake: one or more, with commas
+        #[arg(long, value_delimiter = ',')]
+        engines: Vec<String>,
+        /// The capture that the twin was made of (default: looked for beside the twin, by its digest)
+        #[arg(long, requires = "engines")]
+        capture: Option<PathBuf>,
     },
     /// Write a twin in other formats, beside its twin.json
-    #[command(after_help = "Example:\n  palpate export twin --to sdf,usd")]
+    #[command(
+        after_help = "Example:\n  palpate export twin --to sdf,usd\n  palpate export twin --to mjcf --variants 100 --seed 7"
+    )]
     Export {
         /// The twin's folder
         twin: PathBuf,
         /// urdf, mjcf, gltf, sdf, usd: one or more, with commas
         #[arg(long, value_delimiter = ',', required = true)]
         to: Vec<String>,
+        /// Instead of the twin itself, this many models drawn from what it knows, in TWIN/variants/000, …
+        #[arg(long, value_parser = clap::value_parser!(u32).range(1..=999))]
+        variants: Option<u32>,
+    },
+    /// Turn somebody else's model into a twin, or their recording into a capture
+    #[command(
+        after_help = "Example:\n  palpate import twin cupboard.urdf --out cupboard\n  palpate diagnose capture --model cupboard"
+    )]
+    Import {
+        /// What to import
+        #[command(subcommand)]
+        what: Import,
     },
     /// Take, push or open something of a twin in the embedded engine: what comes along?
     #[command(
-        after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door"
+        after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door --film door.glb"
     )]
     Simulate {
         /// The twin's folder
@@ -170,6 +207,9 @@ pub enum Command {
         /// pick:BODY, push:BODY,DIRECTION,SPEED (x, -x, y, -y or degrees; m/s, may be left out) or open:JOINT,SPEED
         #[arg(long = "do", value_name = "DEED", allow_hyphen_values = true)]
         deed: String,
+        /// Also write what happens as an animation in a binary glTF
+        #[arg(long, value_name = "FILE.glb")]
+        film: Option<PathBuf>,
     },
     /// Serve the report of a twin on loopback and open it
     #[command(after_help = "Example:\n  palpate view twin")]
@@ -219,5 +259,48 @@ pub enum Calibration {
         /// Where the prior goes (default: standard output)
         #[arg(long)]
         out: Option<PathBuf>,
+    },
+}
+
+/// What can be imported.
+#[derive(Debug, Subcommand)]
+pub enum Import {
+    /// A URDF, or a mesh as one rigid body, as a twin: known geometry, or a model to be diagnosed
+    #[command(after_help = "Example:\n  palpate import twin cupboard.urdf --out cupboard")]
+    Twin {
+        /// .urdf, .obj, .stl, .ply, .glb or .gltf; m, kg, z up
+        file: PathBuf,
+        /// Where the twin goes
+        #[arg(long)]
+        out: PathBuf,
+        /// The numbers were weighed or are from a drawing; without this they are taken for assumed
+        #[arg(long)]
+        known: bool,
+    },
+    /// Trajectories of the TUM RGB-D benchmark as tracks, each of the thing that the file is named after
+    #[command(after_help = "Example:\n  palpate import tum door.txt frame.txt --out capture")]
+    Tum {
+        /// time x y z qx qy qz qw a line
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// Where the capture goes
+        #[arg(long)]
+        out: PathBuf,
+    },
+    /// Not built yet
+    Mcap {
+        /// The recording
+        source: PathBuf,
+        /// Where the capture goes
+        #[arg(long)]
+        out: PathBuf,
+    },
+    /// Not built yet
+    Bop {
+        /// The scene's folder
+        source: PathBuf,
+        /// Where the capture goes
+        #[arg(long)]
+        out: PathBuf,
     },
 }

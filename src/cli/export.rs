@@ -7,13 +7,16 @@ use serde_json::json;
 
 use super::arguments::Common;
 use super::output;
-use crate::base::Result;
-use crate::export::{Format, export_into};
+use crate::base::{Result, Seed};
+use crate::export::{Format, export_into, export_variants};
 
-/// Writes the twin in the named formats beside its `twin.json`.
-pub fn export(common: &Common, twin: &Path, to: &[String]) -> Result<ExitCode> {
+/// Writes the twin in the named formats beside its `twin.json`, or models drawn from what it knows.
+pub fn export(common: &Common, twin: &Path, to: &[String], variants: Option<u32>) -> Result<ExitCode> {
     let formats = to.iter().map(|w| w.parse()).collect::<Result<Vec<Format>>>()?;
-    let files = export_into(twin, &formats)?;
+    let files = match variants {
+        Some(count) => export_variants(twin, &formats, count as usize, Seed(common.seed))?,
+        None => export_into(twin, &formats)?,
+    };
     output::result(common, &files.join("\n"), &json!({ "files": files }))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,12 +1,14 @@
 //! The command line: parse, call, print.
 
 mod arguments;
+mod batch;
 mod calibrate;
 mod check;
 mod demo;
 mod diagnose;
 mod explore;
 mod export;
+mod import;
 mod inspect;
 mod output;
 mod reconstruct;

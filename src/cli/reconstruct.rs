@@ -46,7 +46,8 @@ pub fn reconstruct(common: &Common, capture: &Path, out: &Path, request: &Reques
     Ok(ExitCode::SUCCESS)
 }
 
-fn options(common: &Common, request: &Request) -> Result<Options> {
+/// The options that were asked for.
+pub fn options(common: &Common, request: &Request) -> Result<Options> {
     let mut options = Options {
         seed: Seed(common.seed),
         timings: request.timings,
@@ -72,7 +73,8 @@ fn options(common: &Common, request: &Request) -> Result<Options> {
     Ok(options)
 }
 
-fn is_done(out: &Path, capture: &Capture, options: &Options) -> bool {
+/// Whether the twin in `out` was made from this capture with these options by this version.
+pub fn is_done(out: &Path, capture: &Capture, options: &Options) -> bool {
     read_twin(out).is_ok_and(|(model, _)| {
         let made = &model.twin.provenance;
         made.capture_digest == capture.digest

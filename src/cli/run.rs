@@ -6,8 +6,8 @@ use clap::Parser;
 
 use super::arguments::{Arguments, Command};
 use super::{
-    calibrate, check, demo, diagnose, explore, export, inspect, output, reconstruct, schema, score, simulate, synth,
-    view,
+    batch, calibrate, check, demo, diagnose, explore, export, import, inspect, output, reconstruct, schema, score,
+    simulate, synth, view,
 };
 use crate::base::{Error, Result};
 
@@ -58,13 +58,15 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
             reconstruct::reconstruct(common, capture, out, &request)
         }
         Command::Diagnose { capture, model, causes } => diagnose::diagnose(common, capture, model.as_deref(), causes),
+        Command::Batch { captures, out, voxel } => batch::batch(common, captures, out, *voxel),
         Command::Explore { rig, out, budget } => explore::explore(common, rig, out, *budget),
         Command::Inspect { capture } => inspect::inspect(common, capture),
         Command::Schema { format } => schema::schema(format),
         Command::Score { twin, truth } => score::score(common, twin, truth),
-        Command::Check { twin } => check::check(common, twin),
-        Command::Export { twin, to } => export::export(common, twin, to),
-        Command::Simulate { twin, deed } => simulate::simulate(common, twin, deed),
+        Command::Check { twin, engines, capture } => check::check(common, twin, engines, capture.as_deref()),
+        Command::Export { twin, to, variants } => export::export(common, twin, to, *variants),
+        Command::Import { what } => import::import(common, what),
+        Command::Simulate { twin, deed, film } => simulate::simulate(common, twin, deed, film.as_deref()),
         Command::View { twin, port, no_open } => view::view(common, twin, *port, !no_open),
         Command::Calibrate { what } => calibrate::calibrate(common, what),
     }

@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;
 
 use super::layout::lay_out;
-use super::loaded::{Axis, Loaded, Solid, expected};
-use super::rest::{RestResult, rest};
+use super::loaded::{Axis, Loaded, Skin, Solid, expected};
+use super::rest::{RestResult, STEPS, rest_for};
 use super::scene::{Scene, Tree};
 use super::{load_glb, load_mjcf, load_sdf, load_urdf};
 use crate::base::{Result, read_bytes, read_text};
@@ -134,6 +134,7 @@ impl CheckReport {
         let mut mine = all.clone();
         mine.parts.retain(|name, _| names.contains(name));
         mine.axes.retain(|name, _| joints.contains(name));
+        mine.skins.retain(|name, _| names.contains(name));
         self.compare(&file, &mine, &got, TOLERANCE);
         self.named_files(&file, &folder.join("urdf"), &got);
     }
@@ -214,6 +215,12 @@ impl CheckReport {
                 None => self.say(file, name, "the part is missing".into()),
             }
         }
+        for (name, skin) in &want.skins {
+            match got.skins.get(name) {
+                Some(other) => self.skin(file, name, skin, other, tolerance),
+                None => self.say(file, name, "it says nothing of how it touches".into()),
+            }
+        }
         for (name, axis) in &want.axes {
             match got.axes.get(name) {
                 Some(other) => self.axis(file, name, axis, other, tolerance),
@@ -233,6 +240,20 @@ impl CheckReport {
         self.require(inertia <= tolerance, file, name, || format!("inertia off by {inertia}"));
         let angle = want.rotation.angle_to(&got.rotation);
         self.require(angle <= tolerance, file, name, || format!("turned by {angle} rad"));
+    }
+
+    fn skin(&mut self, file: &str, name: &str, want: &Skin, got: &Skin, tolerance: f64) {
+        for (key, a, b) in [
+            ("static friction", want.static_friction, got.static_friction),
+            ("kinetic friction", want.kinetic_friction, got.kinetic_friction),
+            ("restitution", want.restitution, got.restitution),
+            ("rolling friction", want.rolling, got.rolling),
+        ] {
+            if let (Some(a), Some(b)) = (a, b) {
+                let same = (a - b).abs() <= tolerance * a.abs();
+                self.require(same, file, name, || format!("{key} {b}, not {a}"));
+            }
+        }
     }
 
     fn axis(&mut self, file: &str, name: &str, want: &Axis, got: &Axis, tolerance: f64) {
@@ -265,7 +286,7 @@ impl CheckReport {
     }
 
     fn rest(&mut self, scene: &Scene, model: &Model) {
-        self.rest = rest(scene, model);
+        self.rest = rest_for(scene, model, STEPS);
         for result in self.rest.clone() {
             self.require(result.is_calm(), "embedded engine", &result.part, || {
                 format!("does not rest: {result}")

@@ -8,7 +8,9 @@ use rapier3d_f64::prelude::{
 };
 
 use super::colliders::colliders;
+use super::film::Film;
 use super::scene::{Attachment, Floor, Motion, Part, PartId, Scene, Tree};
+use crate::base::Error;
 use crate::twin::{JointKind, Model};
 
 /// Step, s.
@@ -24,6 +26,8 @@ pub(super) struct Engine<'a> {
     pub(super) handles: Vec<Vec<RigidBodyHandle>>,
     /// Forces of hands, by body, for the next step only: body, force in N, point, world.
     pub(super) pulls: Vec<(RigidBodyHandle, Vector3<f64>, Point3<f64>)>,
+    /// What is seen of it, where it is filmed.
+    pub(super) film: Option<Film>,
     bonds: Vec<Bond>,
 }
 
@@ -41,6 +45,11 @@ struct Bond {
 impl<'a> Engine<'a> {
     /// The scene at the first view. Nothing where there is no table, since all would fall.
     pub(super) fn new(scene: &'a Scene, model: &Model) -> Option<Self> {
+        Self::of(scene, model, |_| true)
+    }
+
+    /// As [`Engine::new`], with those trees alone for which `present` holds.
+    pub(super) fn of(scene: &'a Scene, model: &Model, present: impl Fn(&Tree) -> bool) -> Option<Self> {
         let floor = scene.floor.as_ref()?;
         let mut world = PhysicsWorld::new();
         world.gravity = scene.gravity.into();
@@ -49,10 +58,10 @@ impl<'a> Engine<'a> {
         let mut handles: Vec<Vec<RigidBodyHandle>> = Vec::new();
         for tree in &scene.trees {
             let bare = tree.parts.iter().all(Part::is_bare);
-            let added = if bare {
+            let added = if bare || !present(tree) {
                 Vec::new()
             } else {
-                add_tree(&mut world, tree, model, &floor.normal)
+                add_tree(&mut world, tree, model, floor)
             };
             handles.push(added);
         }
@@ -61,6 +70,7 @@ impl<'a> Engine<'a> {
             scene,
             handles,
             pulls: Vec::new(),
+            film: None,
             bonds: Vec::new(),
         };
         for weld in &scene.welds {
@@ -90,6 +100,10 @@ impl<'a> Engine<'a> {
 
     /// One step of [`STEP`]: springs, dampers and rolling resistance act on the state at its beginning.
     pub(super) fn step(&mut self) {
+        if let Some(mut film) = self.film.take() {
+            film.step(|| self.bodies().iter().map(|(id, _, h)| (*id, self.pose(*h))).collect());
+            self.film = Some(film);
+        }
         for (_, _, handle) in self.bodies() {
             let body = &mut self.world.bodies[handle];
             body.reset_forces(false);
@@ -239,6 +253,11 @@ impl<'a> Engine<'a> {
     }
 }
 
+/// Without a table there is nothing to play.
+pub(super) fn no_table() -> Error {
+    Error::Failed("no table: everything would fall".into())
+}
+
 /// The friction of a contact is the body's: the table's is nought and the greater of the two counts.
 fn add_floor(world: &mut PhysicsWorld, floor: &Floor) {
     let ground = world.insert_body(RigidBodyBuilder::fixed().translation(floor.point.into()));
@@ -250,7 +269,7 @@ fn add_floor(world: &mut PhysicsWorld, floor: &Floor) {
     world.insert_collider(plane, Some(ground));
 }
 
-fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model, up: &Vector3<f64>) -> Vec<RigidBodyHandle> {
+fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model, floor: &Floor) -> Vec<RigidBodyHandle> {
     let mut handles: Vec<RigidBodyHandle> = Vec::new();
     for part in &tree.parts {
         let held = tree.anchored && part.attachment.is_none();
@@ -265,7 +284,7 @@ fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model, up: &Vector3<f
             .additional_mass_properties(matter)
             .can_sleep(false);
         let handle = world.insert_body(body);
-        for shape in colliders(part, model, up) {
+        for shape in colliders(part, model, floor) {
             world.insert_collider(shape, Some(handle));
         }
         if let Some(hold) = &part.attachment {

@@ -20,10 +20,11 @@ const PLAIN: usize = 2;
 /// Half edge and thickness of the slab that stands for the table, m.
 const SLAB: [f64; 2] = [0.5, 0.01];
 
+/// A file in the making.
 #[derive(Default)]
-struct Document {
-    buffer: Buffer,
-    nodes: Vec<Value>,
+pub(super) struct Document {
+    pub(super) buffer: Buffer,
+    pub(super) nodes: Vec<Value>,
     meshes: Vec<Value>,
     images: Vec<Value>,
     surfaces: Vec<Value>,
@@ -32,28 +33,34 @@ struct Document {
 
 /// The file's bytes.
 pub(super) fn of_scene(scene: &Scene, model: &Model) -> Result<Vec<u8>> {
-    let mut document = Document::default();
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -std::f64::consts::FRAC_PI_2);
-    let root = document.node("scene", &Isometry3::from_parts(Translation3::identity(), turn));
-    let seen = model.meshes.get(SCENE_MESH).filter(|m| !m.triangles.is_empty());
-    if let Some(floor) = &scene.floor {
-        let slab = document.table(floor, seen.is_none());
-        document.adopt(root, slab);
-    }
-    if let Some(mesh) = seen {
-        let node = document.node("_scene", &Isometry3::identity());
-        let primitive = document.buffer.primitive(mesh, true, 0);
-        document.nodes[node]["mesh"] = json!(document.mesh("_scene", primitive));
-        document.adopt(root, node);
-    }
-    for tree in &scene.trees {
-        let top = document.tree(tree, model)?;
-        document.adopt(root, top);
-    }
-    Ok(document.finish(scene, root))
+    let (document, root) = Document::of(scene, model)?;
+    Ok(document.finish_as(scene, root, |_| ()))
 }
 
 impl Document {
+    /// The scene with its meshes, and the root of its nodes.
+    pub(super) fn of(scene: &Scene, model: &Model) -> Result<(Self, usize)> {
+        let mut document = Self::default();
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -std::f64::consts::FRAC_PI_2);
+        let root = document.node("scene", &Isometry3::from_parts(Translation3::identity(), turn));
+        let seen = model.meshes.get(SCENE_MESH).filter(|m| !m.triangles.is_empty());
+        if let Some(floor) = &scene.floor {
+            let slab = document.table(floor, seen.is_none());
+            document.adopt(root, slab);
+        }
+        if let Some(mesh) = seen {
+            let node = document.node("_scene", &Isometry3::identity());
+            let primitive = document.buffer.primitive(mesh, true, 0);
+            document.nodes[node]["mesh"] = json!(document.mesh("_scene", primitive));
+            document.adopt(root, node);
+        }
+        for tree in &scene.trees {
+            let top = document.tree(tree, model)?;
+            document.adopt(root, top);
+        }
+        Ok((document, root))
+    }
+
     fn node(&mut self, name: &str, pose: &Isometry3<f64>) -> usize {
         let (t, q) = (pose.translation.vector, pose.rotation);
         let mut node = json!({ "name": name });
@@ -191,7 +198,8 @@ impl Document {
         }
     }
 
-    fn finish(self, scene: &Scene, root: usize) -> Vec<u8> {
+    /// The file's bytes, with a last change to what is in it.
+    pub(super) fn finish_as(self, scene: &Scene, root: usize, change: impl FnOnce(&mut Value)) -> Vec<u8> {
         let mut used = vec![PHYSICS];
         let mut extensions = json!({ PHYSICS: { "physicsMaterials": self.surfaces, "physicsJoints": self.joints } });
         if scene.floor.is_some() {
@@ -235,12 +243,13 @@ impl Document {
             document["samplers"] = json!([{ "magFilter": 9729, "minFilter": 9729, "wrapS": 33071, "wrapT": 33071 }]);
             document["images"] = Value::Array(self.images);
         }
+        change(&mut document);
         self.buffer.container(document)
     }
 }
 
 /// World-from-link: the twin's own frame, whose axes are the part's.
-fn link_pose(part: &Part) -> Isometry3<f64> {
+pub(super) fn link_pose(part: &Part) -> Isometry3<f64> {
     part.world_from_part * Translation3::from(part.link_origin)
 }
 

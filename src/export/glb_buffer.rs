@@ -140,6 +140,20 @@ impl Buffer {
         self.accessors.len() - 1
     }
 
+    /// Adds the keys of an animation, with their bounds; returns their accessor.
+    pub(super) fn keys<const N: usize>(&mut self, keys: &[[f32; N]], kind: &str) -> usize {
+        let bound = |pick: fn(f32, f32) -> f32, from: f32| {
+            let each = |m: [f32; N], k: &[f32; N]| std::array::from_fn(|i| pick(m[i], k[i]));
+            keys.iter().fold([from; N], each).to_vec()
+        };
+        let (min, max) = (bound(f32::min, f32::INFINITY), bound(f32::max, f32::NEG_INFINITY));
+        let bytes: Vec<u8> = keys.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+        let view = self.view(&bytes, None);
+        self.accessor(json!({
+            "bufferView": view, "componentType": FLOAT, "count": keys.len(), "type": kind, "min": min, "max": max
+        }))
+    }
+
     /// The finished file around `document`, which gets the buffer, views and accessors added.
     pub(super) fn container(mut self, mut document: Value) -> Vec<u8> {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);

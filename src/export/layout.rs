@@ -22,7 +22,7 @@ pub(super) fn lay_out(model: &Model) -> Result<Scene> {
     let twin = &model.twin;
     let mut scene = Scene {
         name: sanitised(&twin.name),
-        gravity: Vector3::from(twin.gravity),
+        gravity: Vector3::from(twin.felt_gravity()),
         floor: None,
         trees: Vec::new(),
         welds: Vec::new(),

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vec
 use serde_json::Value;
 
 use super::glb::PHYSICS;
-use super::loaded::{Axis, Loaded, Solid};
+use super::loaded::{Axis, Loaded, Skin, Solid};
 use crate::base::{Error, Result};
 
 /// The content of `bytes`. Static bodies have no matter in glTF and are left out.
@@ -25,6 +25,7 @@ pub(super) fn load(file: &Path, bytes: &[u8]) -> Result<Loaded> {
     for root in scene.nodes() {
         for child in root.children() {
             visit(&child, &Isometry3::identity(), &described, &mut out);
+            skins(&child, &extensions[PHYSICS]["physicsMaterials"], &mut out);
         }
     }
     Ok(out)
@@ -48,6 +49,24 @@ fn visit(node: &gltf::Node, parent: &Isometry3<f64>, described: &[Value], out: &
     }
     for child in node.children() {
         visit(&child, &world, described, out);
+    }
+}
+
+/// The material of a part is that of the colliders right below it.
+fn skins(node: &gltf::Node, materials: &Value, out: &mut Loaded) {
+    for child in node.children() {
+        let collider = child.extensions().and_then(|e| e.get(PHYSICS)?.get("collider"));
+        let index = collider.and_then(|c| c["physicsMaterial"].as_u64());
+        if let Some(material) = index.and_then(|i| materials.get(usize::try_from(i).ok()?)) {
+            let skin = Skin {
+                static_friction: material["staticFriction"].as_f64(),
+                kinetic_friction: material["dynamicFriction"].as_f64(),
+                restitution: material["restitution"].as_f64(),
+                rolling: None,
+            };
+            out.skins.insert(node.name().unwrap_or_default().to_string(), skin);
+        }
+        skins(&child, materials, out);
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::inertial::tensor;
-use super::loaded::{Axis, Loaded, Solid};
+use super::loaded::{Axis, Loaded, Skin, Solid};
 use super::xml::{Element, parse};
 use crate::base::{Error, Result};
 
@@ -24,6 +24,12 @@ pub(super) fn load(file: &Path, text: &str) -> Result<Loaded> {
     }
     for body in root.children("worldbody").flat_map(|w| w.children("body")) {
         reader.body(body, &Isometry3::identity(), &mut out)?;
+    }
+    for number in root.children("custom").flat_map(|c| c.children("numeric")) {
+        let part = reader.text(number, "name")?.strip_suffix("_friction_static");
+        if let Some(skin) = part.and_then(|p| out.skins.get_mut(p)) {
+            skin.static_friction = Some(reader.numbers::<1>(number, "data")?[0]);
+        }
     }
     Ok(out)
 }
@@ -45,6 +51,15 @@ impl Mjcf<'_> {
         let [mass] = self.numbers(inertial, "mass")?;
         let com = Vector3::from(self.numbers::<3>(inertial, "pos")?);
         let six: [f64; 6] = self.numbers(inertial, "fullinertia")?;
+        if let Some(geom) = body.children("geom").find(|g| g.get("friction").is_some()) {
+            let [kinetic, _, rolling] = self.numbers(geom, "friction")?;
+            let skin = Skin {
+                kinetic_friction: Some(kinetic),
+                rolling: (geom.get("condim") == Some("6")).then_some(rolling),
+                ..Skin::default()
+            };
+            out.skins.insert(name.clone(), skin);
+        }
         out.parts.insert(name, Solid::new(mass, com, &tensor(&six), &world));
         for joint in body.children("joint").filter(|j| j.get("type") != Some("ball")) {
             let axis = Axis {

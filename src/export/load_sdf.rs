@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Rotation3, Translation3, Vector3};
 
 use super::inertial::tensor;
-use super::loaded::{Axis, Loaded, Solid};
+use super::loaded::{Axis, Loaded, Skin, Solid};
 use super::xml::{Element, parse};
 use crate::base::{Error, Result};
 
@@ -43,6 +43,17 @@ impl Sdf<'_> {
             let mut solid = Solid::new(mass, Vector3::zeros(), &tensor(&six), &frame);
             solid.rotation = world.rotation;
             out.parts.insert(name.clone(), solid);
+            let surface = link.child("collision").and_then(|c| c.child("surface"));
+            let mu = surface.and_then(|s| s.child("friction")?.child("ode")?.child("mu"));
+            if let Some(mu) = mu {
+                let bounce = surface.and_then(|s| s.child("bounce")?.child("restitution_coefficient"));
+                let skin = Skin {
+                    kinetic_friction: Some(self.numbers::<1>(mu)?[0]),
+                    restitution: bounce.map(|b| self.numbers(b).map(|[r]| r)).transpose()?,
+                    ..Skin::default()
+                };
+                out.skins.insert(name.clone(), skin);
+            }
             places.insert(name, world);
             let shapes = link.children("visual").chain(link.children("collision"));
             for mesh in shapes.filter_map(|s| s.child("geometry")?.child("mesh")) {

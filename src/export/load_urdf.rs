@@ -6,7 +6,8 @@ use std::path::Path;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, Vector3};
 use urdf_rs::{Geometry, JointType, Robot};
 
-use super::loaded::{Axis, Loaded, Solid};
+use super::loaded::{Axis, Loaded, Skin, Solid};
+use super::xml::{Element, parse};
 use crate::base::{Error, Result};
 
 /// The content of `text`, with the root where `world_from_root` puts it (by the root's name).
@@ -34,6 +35,11 @@ pub(super) fn load(file: &Path, text: &str, world_from_root: impl Fn(&str) -> Is
         let images = materials.filter_map(|m| m.texture.as_ref());
         out.files.extend(images.map(|t| t.filename.clone()));
     }
+    for link in parse(file, text)?.children("link") {
+        if let Some((name, skin)) = link.get("name").zip(skin(link)) {
+            out.skins.insert(name.to_string(), skin);
+        }
+    }
     for joint in &robot.joints {
         let world = worlds[&joint.child.link];
         let range = [joint.limit.lower, joint.limit.upper];
@@ -57,8 +63,25 @@ pub(super) fn load(file: &Path, text: &str, world_from_root: impl Fn(&str) -> Is
     Ok(out)
 }
 
+/// What the tags of PyBullet and Drake say, which the reader of URDFs drops.
+fn skin(link: &Element) -> Option<Skin> {
+    let value = |of: Option<&Element>, tag: &str| of?.child(tag)?.get("value")?.parse::<f64>().ok();
+    let (contact, collision) = (link.child("contact"), link.child("collision"));
+    let drake = collision.and_then(|c| c.child("drake:proximity_properties"));
+    contact.or(drake)?;
+    Some(Skin {
+        static_friction: value(drake, "drake:mu_static"),
+        kinetic_friction: value(contact, "lateral_friction").or_else(|| value(drake, "drake:mu_dynamic")),
+        restitution: value(contact, "restitution"),
+        rolling: None,
+    })
+}
+
 /// World-from-link of every link; nothing where they do not all hang on one root.
-fn place(robot: &Robot, root_pose: impl Fn(&str) -> Isometry3<f64>) -> Option<BTreeMap<String, Isometry3<f64>>> {
+pub(super) fn place(
+    robot: &Robot,
+    root_pose: impl Fn(&str) -> Isometry3<f64>,
+) -> Option<BTreeMap<String, Isometry3<f64>>> {
     let is_child = |name: &str| robot.joints.iter().any(|j| j.child.link == name);
     let mut roots = robot.links.iter().filter(|l| !is_child(&l.name));
     let root = &roots.next()?.name;
@@ -77,7 +100,8 @@ fn place(robot: &Robot, root_pose: impl Fn(&str) -> Isometry3<f64>) -> Option<BT
     all.then_some(worlds)
 }
 
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+/// A pose of a URDF.
+pub(super) fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
     let [r, p, y] = pose.rpy.0;
     let rotation = Rotation3::from_euler_angles(r, p, y).into();
     Isometry3::from_parts(Translation3::from(Vector3::from(pose.xyz.0)), rotation)

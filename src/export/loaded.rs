@@ -13,6 +13,8 @@ use crate::twin::{Link, Model};
 pub(super) struct Loaded {
     pub(super) parts: BTreeMap<String, Solid>,
     pub(super) axes: BTreeMap<String, Axis>,
+    /// By part, of those that can touch.
+    pub(super) skins: BTreeMap<String, Skin>,
     /// Paths of meshes and images as the file names them.
     pub(super) files: Vec<String>,
 }
@@ -25,6 +27,16 @@ pub(super) struct Solid {
     pub(super) inertia: Matrix3<f64>,
     /// Orientation of the part's frame.
     pub(super) rotation: UnitQuaternion<f64>,
+}
+
+/// How a part touches. What a format does not carry is absent.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Skin {
+    pub(super) static_friction: Option<f64>,
+    pub(super) kinetic_friction: Option<f64>,
+    pub(super) restitution: Option<f64>,
+    /// m.
+    pub(super) rolling: Option<f64>,
 }
 
 /// One degree of freedom, world frame at the first view. What a format does not carry is absent.
@@ -58,6 +70,16 @@ pub(super) fn expected(scene: &Scene, model: &Model) -> Loaded {
     for (_, part) in scene.parts() {
         if let Some(link) = model.twin.link(&part.link) {
             out.parts.insert(part.name.clone(), solid(part, link));
+        }
+        if !part.is_bare() {
+            let s = &part.surface;
+            let skin = Skin {
+                static_friction: Some(s.static_friction),
+                kinetic_friction: Some(s.kinetic_friction),
+                restitution: s.restitution,
+                rolling: s.rolling,
+            };
+            out.skins.insert(part.name.clone(), skin);
         }
         for motion in part.hold().iter().flat_map(|h| &h.motions) {
             let axis = Axis {

@@ -9,7 +9,8 @@ use rapier3d_f64::prelude::{
 };
 
 use super::deed::Deed;
-use super::engine::{Engine, STEP};
+use super::engine::{Engine, STEP, no_table};
+use super::film::Film;
 use super::layout::lay_out;
 use super::outcome::{Opened, Outcome, part_outcome};
 use super::scene::{Part, PartId, Scene};
@@ -45,19 +46,29 @@ pub fn manipulate_folder(folder: &Path, deed: &Deed) -> Result<Outcome> {
     manipulate(&model, deed)
 }
 
+/// As [`manipulate_folder`], with a binary glTF whose animation shows it; the hand is not drawn.
+///
+/// # Errors
+/// As [`manipulate_folder`].
+pub fn film_folder(folder: &Path, deed: &Deed) -> Result<(Outcome, Vec<u8>)> {
+    let (model, _) = read_twin(folder)?;
+    let scene = lay_out(&model)?;
+    let mut engine = Engine::new(&scene, &model).ok_or_else(no_table)?;
+    engine.film = Some(Film::default());
+    let mut play = Play::new(engine);
+    let outcome = play.carry_out(&scene, &model, deed)?;
+    let film = play.engine.film.take().unwrap_or_default();
+    Ok((outcome, film.glb(&scene, &model)?))
+}
+
 /// Does `deed` to a twin in the embedded engine, from the pose of the first view.
 ///
 /// # Errors
 /// Where the twin has no table, or no such part or joint.
 pub fn manipulate(model: &Model, deed: &Deed) -> Result<Outcome> {
     let scene = lay_out(model)?;
-    let engine = Engine::new(&scene, model).ok_or_else(|| Error::Failed("no table: everything would fall".into()))?;
-    let mut play = Play::new(engine);
-    match deed {
-        Deed::Pick { target } => play.pick(find(&scene, target)?),
-        Deed::Push { target, heading, speed } => play.push(find(&scene, target)?, model, *heading, *speed),
-        Deed::Open { joint, speed } => play.open(find_joint(&scene, joint)?, model, *speed),
-    }
+    let engine = Engine::new(&scene, model).ok_or_else(no_table)?;
+    Play::new(engine).carry_out(&scene, model, deed)
 }
 
 fn find(scene: &Scene, name: &str) -> Result<PartId> {
@@ -111,6 +122,14 @@ impl<'a> Play<'a> {
         play.wait(SETTLING);
         play.start = play.poses();
         play
+    }
+
+    fn carry_out(&mut self, scene: &Scene, model: &Model, deed: &Deed) -> Result<Outcome> {
+        match deed {
+            Deed::Pick { target } => self.pick(find(scene, target)?),
+            Deed::Push { target, heading, speed } => self.push(find(scene, target)?, model, *heading, *speed),
+            Deed::Open { joint, speed } => self.open(find_joint(scene, joint)?, model, *speed),
+        }
     }
 
     fn wait(&mut self, seconds: f64) {

@@ -1,7 +1,8 @@
 //! MJCF: the scene as MuJoCo runs it, on the table, in the pose of the first view.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
+use super::feet::{RADIUS, feet};
 use super::inertial::six;
 use super::scene::{Attachment, Motion, Part, Scene, Tree};
 use super::urdf::upright_to;
@@ -33,7 +34,7 @@ pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
         .with("impratio", "10");
     root.push(option);
     root.push(assets(scene));
-    root.push(world(scene));
+    root.push(world(scene, model));
     let sections = [contact(scene), equality(scene), custom(scene, model)];
     for section in sections.into_iter().filter(|s| !s.is_empty()) {
         root.push(section);
@@ -68,7 +69,7 @@ fn assets(scene: &Scene) -> Element {
     asset
 }
 
-fn world(scene: &Scene) -> Element {
+fn world(scene: &Scene, model: &Model) -> Element {
     let mut world = Element::new("worldbody");
     let light = Element::new("light")
         .with("name", "lamp")
@@ -95,12 +96,12 @@ fn world(scene: &Scene) -> Element {
         world.push(plane);
     }
     for tree in &scene.trees {
-        world.push(body(tree, 0));
+        world.push(body(scene, model, tree, 0));
     }
     world
 }
 
-fn body(tree: &Tree, index: usize) -> Element {
+fn body(scene: &Scene, model: &Model, tree: &Tree, index: usize) -> Element {
     let part = &tree.parts[index];
     let place = part
         .attachment
@@ -124,10 +125,13 @@ fn body(tree: &Tree, index: usize) -> Element {
         .with("fullinertia", numbers(&six(&part.inertia)));
     body.push(inertial);
     geoms(part).into_iter().for_each(|g| body.push(g));
+    for (k, at) in feet(part, model, scene.floor.as_ref()).iter().enumerate() {
+        body.push(foot(part, k, at));
+    }
     let children =
         (0..tree.parts.len()).filter(|i| tree.parts[*i].attachment.as_ref().is_some_and(|a| a.parent == index));
     for child in children {
-        body.push(self::body(tree, child));
+        body.push(self::body(scene, model, tree, child));
     }
     body
 }
@@ -159,6 +163,16 @@ fn geoms(part: &Part) -> Vec<Element> {
         geoms.push(touching(part, geom(name.clone(), name)));
     }
     geoms
+}
+
+/// A small ball, stiff, so that it stands out of the face under the weight too.
+fn foot(part: &Part, k: usize, at: &Point3<f64>) -> Element {
+    let ball = Element::new("geom")
+        .with("name", format!("{}_foot_{k}", part.name))
+        .with("type", "sphere")
+        .with("size", number(RADIUS))
+        .with("pos", vector(&at.coords));
+    touching(part, ball).with("solref", "0.004 1")
 }
 
 /// The contact properties: sliding friction is a pure number, torsional and rolling friction are lengths.

@@ -9,9 +9,9 @@ use super::engine::Engine;
 use super::scene::{Part, Scene};
 use crate::twin::{JointKind, Model};
 
-/// Steps to settle; steps in all.
+/// Steps to settle; steps in all of a check.
 const SETTLED: usize = 250;
-const STEPS: usize = 1000;
+pub(super) const STEPS: usize = 1000;
 /// Drift, m, after settling, and the way there, m, above which a part does not rest.
 const LATE_DRIFT: f64 = 1e-3;
 const SETTLING: f64 = 10e-3;
@@ -23,9 +23,9 @@ pub struct RestResult {
     pub part: String,
     /// How far its centre of mass moved in the first half second, m.
     pub settling: f64,
-    /// How far it moved in the 1.5 s after that, m.
+    /// How far it moved after that, m.
     pub late_drift: f64,
-    /// How far it turned in the 1.5 s after that, rad.
+    /// How far it turned after that, rad.
     pub late_turn: f64,
     /// It never left the finite numbers.
     pub finite: bool,
@@ -57,16 +57,16 @@ impl fmt::Display for RestResult {
     }
 }
 
-/// Two seconds of rest. Trees without anything that could touch fall, and are left out; so is all where there
+/// `steps` of rest. Trees without anything that could touch fall, and are left out; so is all where there
 /// is no table.
-pub(super) fn rest(scene: &Scene, model: &Model) -> Vec<RestResult> {
+pub(super) fn rest_for(scene: &Scene, model: &Model, steps: usize) -> Vec<RestResult> {
     let Some(mut engine) = Engine::new(scene, model) else {
         return Vec::new();
     };
     let start = poses(&engine);
     (0..SETTLED).for_each(|_| engine.step());
     let settled = poses(&engine);
-    (SETTLED..STEPS).for_each(|_| engine.step());
+    (SETTLED..steps).for_each(|_| engine.step());
     let end = poses(&engine);
     let way = |a: &(Vector3<f64>, UnitQuaternion<f64>), b: &(Vector3<f64>, UnitQuaternion<f64>)| (a.0 - b.0).norm();
     let parts = engine.bodies();

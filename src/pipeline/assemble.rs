@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Options;
 use crate::base::{Estimate, Notices, Pose};
@@ -10,8 +10,8 @@ use crate::capture::{Capture, PoseStream};
 use crate::stages::articulation::Articulation;
 use crate::stages::shape::{Shapes, Silhouette, VisualTrack, principal_views};
 use crate::twin::{
-    Body, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SCENE_MESH,
-    SupportPlane, SurfaceShares, TrackFromImages, Twin,
+    Body, Diagnosis, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind,
+    SCENE_MESH, SupportPlane, SurfaceShares, TrackFromImages, Twin,
 };
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
@@ -112,6 +112,7 @@ fn given_support(capture: &Capture) -> Option<SupportPlane> {
         point: support.point.coords.into(),
         normal: support.normal.into_inner().into(),
         material: support.material.clone(),
+        gravity: None,
     })
 }
 
@@ -225,6 +226,42 @@ pub fn weld(model: &mut Model) {
             },
         );
     }
+}
+
+/// Where pushes showed that gravity pulls things along the table, the twin says so: whether the table leans or gravity
+/// points elsewhere is the same to things on it, and it is what the exports carry.
+pub fn lean(model: &mut Model, diagnosis: &Diagnosis) {
+    let same = |cause: &str| ["support-tilt", "gravity-error"].contains(&cause);
+    let shown = diagnosis.findings.iter().find_map(|f| {
+        let own = if same(&f.cause) { f.probability } else { 0.0 };
+        let others = f.alternatives.iter().filter(|a| same(&a.cause));
+        let sure = own + others.map(|a| a.probability).sum::<f64>() > 0.5;
+        sure.then(|| Some([f.parameters.get("tx")?, f.parameters.get("ty")?]))
+            .flatten()
+    });
+    let gravity = Vector3::from(model.twin.gravity);
+    let (Some([tx, ty]), Some(support)) = (shown, model.twin.support.as_mut()) else {
+        return;
+    };
+    let normal = Vector3::from(support.normal);
+    // The axes in which the slope is told: world x and y, turned as z is turned to the normal.
+    let Some(world_from_plane) = UnitQuaternion::rotation_between(&Vector3::z(), &normal) else {
+        return;
+    };
+    let load = -gravity.dot(&normal);
+    // A tool has to bring up the load times the slope, so gravity pulls the other way.
+    let felt = gravity - world_from_plane * Vector3::new(tx.value, ty.value, 0.0) * load;
+    let felt = felt.normalize() * gravity.norm();
+    let along = |e: &Estimate, axis: Vector3<f64>| (world_from_plane * axis).abs() * (load * e.sd.unwrap_or(0.0));
+    let sd = (along(tx, Vector3::x()).map(|v| v * v) + along(ty, Vector3::y()).map(|v| v * v)).map(f64::sqrt);
+    let from = tx.from.clone();
+    support.gravity = Some(Estimate::measured(
+        felt.into(),
+        sd.into(),
+        "m/s^2",
+        from,
+        "diagnosis: slope",
+    ));
 }
 
 /// Writes down which tracks were made from images.

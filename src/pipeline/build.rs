@@ -87,6 +87,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     assemble::share_surfaces(&mut model);
     assemble::record(&mut model, capture, options, &clock.laps, notices);
     let diagnosis::Diagnosed { diagnosis, traces } = diagnosed;
+    assemble::lean(&mut model, &diagnosis);
     Ok(Run {
         model,
         diagnosis,

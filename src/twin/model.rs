@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Body, Joint, Link, Relation};
-use crate::base::Notice;
+use crate::base::{Estimate, Notice};
 use crate::geometry::{Mesh, Texture};
 
 /// The value of `format` in `twin.json`.
@@ -46,6 +46,10 @@ pub struct SupportPlane {
     pub normal: [f64; 3],
     /// Its material, where the capture named it.
     pub material: Option<String>,
+    /// Gravity as things on it feel it, m/s², world, where pushes showed that it leans against the plane otherwise than
+    /// the capture says. The exports carry it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Estimate<[f64; 3]>>,
 }
 
 /// How a twin was made.
@@ -98,6 +102,12 @@ pub struct Model {
 }
 
 impl Twin {
+    /// Gravity as things on the support feel it, m/s², world: as pushes showed it, else as the capture says.
+    pub fn felt_gravity(&self) -> [f64; 3] {
+        let felt = self.support.as_ref().and_then(|s| s.gravity.as_ref());
+        felt.map_or(self.gravity, |g| g.value)
+    }
+
     /// Every link with the body that it belongs to.
     pub fn links(&self) -> impl Iterator<Item = (&Body, &Link)> {
         self.bodies.iter().flat_map(|b| b.links.iter().map(move |l| (b, l)))

@@ -20,6 +20,9 @@ impl Twin {
         if let Some(support) = &self.support {
             finite("support.point", &support.point)?;
             unit("support.normal", &support.normal)?;
+            if let Some(gravity) = &support.gravity {
+                finite("support.gravity", &gravity.value)?;
+            }
         }
         self.names()?;
         for body in &self.bodies {

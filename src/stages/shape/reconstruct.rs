@@ -89,6 +89,7 @@ pub fn reconstruct_with(
             point: s.point.coords.into(),
             normal: s.normal.into_inner().into(),
             material: s.material.clone(),
+            gravity: None,
         });
         return Ok(Shapes {
             support,

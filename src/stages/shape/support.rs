@@ -77,6 +77,7 @@ fn ground(point: Point3<f64>, normal: UnitVector3<f64>, material: Option<String>
             point: point.coords.into(),
             normal: normal.into_inner().into(),
             material,
+            gravity: None,
         }),
         world_from_field: level_frame(point, normal),
         roughness,

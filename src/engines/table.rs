@@ -1,0 +1,273 @@
+//! What engines made of a capture's touches, as data and as a table.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::outside::EngineName;
+
+/// Bars: error of the final position over the travel, of the final turn, rad; drift, m, and turn, rad, at rest.
+pub const SHARE: f64 = 0.10;
+/// rad.
+pub const TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// What is nearer than this, m, is as measured however short the way.
+const NEAR: f64 = 2e-4;
+const DRIFT: f64 = 1e-3;
+const SPIN: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// What all engines made of a capture.
+#[derive(Clone, Debug, Serialize)]
+pub struct EnginesReport {
+    /// The capture's name.
+    pub capture: String,
+    /// Seconds of rest, of which the first half second is for settling.
+    pub rest_seconds: f64,
+    /// In the order in which they were asked for.
+    pub engines: Vec<EngineReport>,
+    /// How far the twin's own intervals scatter each held-out touch that an engine misses.
+    pub doubts: Vec<Doubt>,
+    /// Interactions that were not played, and why.
+    pub skipped: Vec<Skipped>,
+}
+
+/// How far a touch scatters in the embedded engine when the twin's numbers are drawn from their intervals; the doubt of the
+/// shape and of where the tool was is not in it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Doubt {
+    /// The interaction.
+    pub interaction: String,
+    /// Root mean square distance of the final centres of mass from their mean, m.
+    pub position: f64,
+    /// Root mean square of their turns from the first draw's, rad.
+    pub turn: f64,
+}
+
+/// What one engine made of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct EngineReport {
+    /// Which.
+    pub engine: EngineName,
+    /// Its version; empty where it is not there.
+    pub version: String,
+    /// Why it gave no answer, where it gave none.
+    pub silent: Option<String>,
+    /// What the parts did while nothing touched them.
+    pub rest: Vec<RestRow>,
+    /// What it made of each touch.
+    pub touches: Vec<TouchRow>,
+}
+
+/// A part at rest.
+#[derive(Clone, Debug, Serialize)]
+pub struct RestRow {
+    /// As the exports name it.
+    pub part: String,
+    /// Way of the centre of mass in the first half second, m.
+    pub settling: f64,
+    /// Way after that, m.
+    pub drift: f64,
+    /// Turn after that, rad.
+    pub turn: f64,
+}
+
+/// A touch in an engine beside what was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct TouchRow {
+    /// The interaction.
+    pub interaction: String,
+    /// The link that is judged.
+    pub link: String,
+    /// Never used to fit.
+    pub held_out: bool,
+    /// How far its centre of mass was measured to go, m.
+    pub travel: f64,
+    /// How far it was measured to turn, rad; absent where no orientation was tracked.
+    pub turned: Option<f64>,
+    /// No friction against the tool was measured; a default stands for it.
+    pub tool_friction_assumed: bool,
+    /// By how much the tool's way was shifted along its heading, m, so that it touches when the measured force begins; absent
+    /// where that was within a millimetre.
+    pub tool_shifted: Option<f64>,
+    /// What the engine made of it, or why it could not be played.
+    pub outcome: Outcome,
+}
+
+/// What an engine made of a touch.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// It was played.
+    Played {
+        /// The final centre of mass less where it was measured, m, world.
+        missed_by: [f64; 3],
+        /// Its length, m.
+        position_error: f64,
+        /// The same over the travel.
+        relative_error: f64,
+        /// Angle between the final orientation and the measured one, rad.
+        turn_error: Option<f64>,
+        /// Root mean square difference of the tool's force over blocks of a quarter second in which the tool moves, N; absent
+        /// where no force was measured, and where the tool holds the thing: a rigid grip fights a joint.
+        force_rms: Option<f64>,
+        /// Root mean square of the measured force over the same blocks, N.
+        force_measured: Option<f64>,
+    },
+    /// It was not; says why.
+    NotPlayed(String),
+}
+
+/// An interaction that was not played.
+#[derive(Clone, Debug, Serialize)]
+pub struct Skipped {
+    /// Its name.
+    pub interaction: String,
+    /// In words.
+    pub why: String,
+}
+
+impl TouchRow {
+    /// Whether the final pose is within a tenth of the travel and five degrees of what was measured.
+    pub fn within(&self) -> bool {
+        match &self.outcome {
+            Outcome::Played {
+                position_error,
+                relative_error,
+                turn_error,
+                ..
+            } => (*relative_error <= SHARE || *position_error <= NEAR) && turn_error.is_none_or(|t| t <= TURN),
+            Outcome::NotPlayed(_) => false,
+        }
+    }
+}
+
+impl RestRow {
+    /// Whether it stays within a millimetre and half a degree.
+    pub fn is_calm(&self) -> bool {
+        self.drift < DRIFT && self.turn < SPIN
+    }
+}
+
+impl EngineReport {
+    /// How many of the touches for which `which` holds are within the bars, and how many there are.
+    pub fn count(&self, which: impl Fn(&TouchRow) -> bool) -> (usize, usize) {
+        let mine: Vec<&TouchRow> = self.touches.iter().filter(|t| which(t)).collect();
+        (mine.iter().filter(|t| t.within()).count(), mine.len())
+    }
+}
+
+impl EnginesReport {
+    /// Whether every engine that is there keeps all that is held out within the bars, and all at rest.
+    pub fn passed(&self) -> bool {
+        let there = self.engines.iter().filter(|e| e.silent.is_none());
+        there.into_iter().all(|e| {
+            let (within, all) = e.count(|t| t.held_out);
+            within == all && e.rest.iter().all(RestRow::is_calm)
+        })
+    }
+}
+
+impl fmt::Display for EngineReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.engine.name();
+        if let Some(why) = &self.silent {
+            return writeln!(f, "{name}: {why}");
+        }
+        let version = if self.version.is_empty() {
+            String::new()
+        } else {
+            format!(" {}", self.version)
+        };
+        writeln!(f, "{name}{version}")?;
+        for t in &self.touches {
+            writeln!(f, "  {t}")?;
+        }
+        let (within, held_out) = self.count(|t| t.held_out);
+        let (all_within, all) = self.count(|_| true);
+        writeln!(
+            f,
+            "  within 10 % and 5 degrees: {within} of {held_out} held out, {all_within} of {all} in all"
+        )?;
+        for r in &self.rest {
+            let mark = if r.is_calm() { "" } else { "   RESTLESS" };
+            let (settling, drift, turn) = (1e3 * r.settling, 1e3 * r.drift, r.turn.to_degrees());
+            let part = &r.part;
+            writeln!(
+                f,
+                "  at rest {part}: settles by {settling:.3} mm, drifts {drift:.3} mm and {turn:.3} degrees{mark}"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for TouchRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mark = if self.held_out { "*" } else { " " };
+        write!(
+            f,
+            "{mark} {} {}: goes {:.1} mm",
+            self.interaction,
+            self.link,
+            1e3 * self.travel
+        )?;
+        if let Some(turned) = self.turned {
+            write!(f, ", turns {:.1} degrees", turned.to_degrees())?;
+        }
+        if let Some(shift) = self.tool_shifted {
+            write!(
+                f,
+                " (tool shifted by {:.1} mm to touch when the force begins)",
+                1e3 * shift
+            )?;
+        }
+        if self.tool_friction_assumed {
+            write!(f, " (friction of the tool assumed)")?;
+        }
+        match &self.outcome {
+            Outcome::NotPlayed(why) => write!(f, "; not played: {why}"),
+            Outcome::Played {
+                position_error,
+                relative_error,
+                turn_error,
+                force_rms,
+                force_measured,
+                ..
+            } => {
+                write!(
+                    f,
+                    "; off by {:.2} mm ({:.1} %)",
+                    1e3 * position_error,
+                    100.0 * relative_error
+                )?;
+                if let Some(turn) = turn_error {
+                    write!(f, ", {:.2} degrees", turn.to_degrees())?;
+                }
+                if let (Some(rms), Some(of)) = (force_rms, force_measured) {
+                    write!(f, ", force {rms:.2} N of {of:.2} N")?;
+                }
+                if self.within() { Ok(()) } else { write!(f, "   FAR") }
+            }
+        }
+    }
+}
+
+impl fmt::Display for EnginesReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "touches of {} played in engines (* held out)", self.capture)?;
+        for engine in &self.engines {
+            write!(f, "{engine}")?;
+        }
+        for d in &self.doubts {
+            let (place, turn) = (1e3 * d.position, d.turn.to_degrees());
+            let name = &d.interaction;
+            writeln!(
+                f,
+                "the twin's intervals alone scatter {name} by {place:.2} mm and {turn:.2} degrees (rapier)"
+            )?;
+        }
+        for s in &self.skipped {
+            writeln!(f, "not played: {}: {}", s.interaction, s.why)?;
+        }
+        Ok(())
+    }
+}

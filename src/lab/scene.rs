@@ -299,6 +299,8 @@ pub enum JointSpecKind {
     Revolute,
     /// Slides along the axis.
     Prismatic,
+    /// Turns about the axis and climbs along it by its pitch.
+    Screw,
 }
 
 /// A joint between two parts.
@@ -316,6 +318,9 @@ pub struct JointSpec {
     /// World point at the first view.
     #[serde(default)]
     pub origin: [f64; 3],
+    /// m/rad along the axis, of a screw.
+    #[serde(default)]
+    pub pitch: f64,
     /// Range, rad or m, 0 at the first view.
     #[serde(default)]
     pub limits: Option<[f64; 2]>,

@@ -73,6 +73,7 @@ pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: 
         damping: None,
         stiffness: None,
         rest: None,
+        effort: None,
     }
 }
 

@@ -83,6 +83,10 @@ impl Results {
             count.1 += 1;
             let Some(joint) = found else {
                 println!("  {label}: no joint {} {} {}", hung.kind, hung.parent, hung.child);
+                let about = |n: &&palpate::base::Notice| n.stage == "articulation" && n.about.contains(&hung.child);
+                for notice in run.model.twin.notices.iter().filter(about) {
+                    println!("    {}: {}", notice.about, notice.message);
+                }
                 continue;
             };
             self.odds.add(joint.probability, right);
@@ -124,8 +128,9 @@ impl Results {
         self.of("axis, degrees").error(off);
         self.of(&format!("axis, degrees, {level}")).error(off);
         for i in 0..3 {
-            self.of("axis, degrees")
-                .held((axis[i] - truth[i]).abs() <= 1.96 * sd[i]);
+            let z = (axis[i] - truth[i]).abs() / sd[i];
+            self.of("axis, degrees").held(z <= 1.96);
+            self.of(&format!("axis, degrees, {level}")).scaled(z);
         }
         if hung.kind == "prismatic" {
             return;
@@ -138,7 +143,9 @@ impl Results {
         for i in 0..3 {
             // Where along its axis a hinge sits is nobody's to say.
             if truth[i].abs() < 0.3 {
-                self.of("origin, m").held(miss[i].abs() <= 1.96 * sd[i]);
+                let z = miss[i].abs() / sd[i];
+                self.of("origin, m").held(z <= 1.96);
+                self.of(&format!("origin, m, {level}")).scaled(z);
             }
         }
         if let (Some(pitch), "screw") = (&joint.pitch, hung.kind) {

@@ -354,7 +354,7 @@ pub fn stack(seed: u64) -> Stack {
     let dice = &mut rng_for(Seed(seed), "stacks");
     let level = (seed % 3) as usize;
     let bond = seed / 3 % 3;
-    let breakaway = (bond == 2).then(|| dice.random_range(4.0..10.0));
+    let breakaway: Option<f64> = (bond == 2).then(|| dice.random_range(4.0..9.0));
     let (low, top) = (
         [
             dice.random_range(0.07..0.11),
@@ -372,7 +372,12 @@ pub fn stack(seed: u64) -> Stack {
         let kinetic = dice.random_range(0.25..0.45);
         text += &format!(
             "[[body]]\nname = \"{name}\"\nshape = {{ kind = \"box\", size = {size:?} }}\nposition = [0.0, 0.0, {z}]\ndensity = {}\nknown_mesh = true\nfriction = {{ static = {}, kinetic = {kinetic} }}\n",
-            dice.random_range(400.0..1200.0),
+            // What breaks away is too heavy to be taken along.
+            if breakaway.is_some() && name == "low" {
+                dice.random_range(12.0..20.0) / (9.81 * size.iter().product::<f64>())
+            } else {
+                dice.random_range(400.0..1200.0)
+            },
             1.1 * kinetic
         );
     }

@@ -7,6 +7,7 @@ use palpate::base::Estimate;
 pub struct Tally {
     errors: Vec<f64>,
     inside: Vec<bool>,
+    scaled: Vec<f64>,
     assumed: usize,
     absent: usize,
 }
@@ -14,6 +15,12 @@ pub struct Tally {
 impl Tally {
     pub fn error(&mut self, error: f64) {
         self.errors.push(error);
+    }
+
+    /// An error in standard deviations.
+    pub fn scaled(&mut self, z: f64) {
+        self.held(z <= 1.96);
+        self.scaled.push(z);
     }
 
     pub fn held(&mut self, inside: bool) {
@@ -57,6 +64,14 @@ impl Tally {
             self.assumed,
             self.absent
         );
+        if !self.scaled.is_empty() {
+            let square = self.scaled.iter().map(|z| z * z).sum::<f64>() / self.scaled.len() as f64;
+            println!(
+                "{:<34} root mean square of errors over their standard deviations {:.3}",
+                "",
+                square.sqrt()
+            );
+        }
     }
 }
 

@@ -17,6 +17,10 @@ pub struct Foot {
     pub centre: Point2<f64>,
     /// Speed below which its friction is viscous, m/s.
     pub creep: f64,
+    /// Mass that it carries, kg, as far as it is known.
+    pub mass: Option<f64>,
+    /// What it stands on, along the normal, m.
+    pub ground: f64,
     /// What it stands on, plane frame at the start.
     under: Option<Footprint>,
 }
@@ -101,6 +105,8 @@ pub fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<F
         radius,
         centre,
         creep: link.friction.creep_speed.as_ref().map_or(0.0, |v| v.value),
+        mass: link.mass.as_ref().map(|m| m.value),
+        ground: mesh.map_or(pose.translation.vector.z, |m| lowest(m, pose)),
         under,
     })
 }
@@ -120,6 +126,7 @@ pub fn loaded(foot: Foot, model: &Model, link: &Link) -> Foot {
         .filter_map(|name| rider_friction(model, link, name))
         .sum();
     Foot {
+        mass: foot.mass.map(|m| m * (1.0 + extra / foot.force)),
         force: foot.force + extra,
         ..foot
     }
@@ -163,8 +170,13 @@ pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f6
 /// The hull of what is within 3 mm of the lowest point.
 fn underside(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<Footprint> {
     let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
-    let lowest = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    let lowest = lowest(mesh, pose);
     Footprint::hull(points.iter().filter(|p| p.z < lowest + 0.003).map(|p| p.xy()).collect())
+}
+
+/// Height of the lowest point of a mesh at `pose`, m.
+fn lowest(mesh: &Mesh, pose: &Isometry3<f64>) -> f64 {
+    mesh.vertices.iter().map(|v| (pose * v).z).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
@@ -186,6 +198,8 @@ mod tests {
             radius: 1.1 * uniform,
             centre: Point2::origin(),
             creep: 0.0,
+            mass: None,
+            ground: 0.0,
             under: Some(under),
         };
         let (still, radius) = foot.pressed_at(&Point2::origin());

@@ -38,6 +38,8 @@ struct PlaneLink {
     centre: Point2<f64>,
     outline: Option<Footprint>,
     moved: Isometry2<f64>,
+    /// How far a force above the support has tipped the load ahead, plane frame, m.
+    ahead: Vector2<f64>,
 }
 
 /// A tree of links that slides and turns on the table.
@@ -75,6 +77,7 @@ impl Linkage {
                 centre: centre_of(link, mesh, &pose),
                 outline: mesh.and_then(|m| slice(m, &pose, height)),
                 moved: Isometry2::identity(),
+                ahead: Vector2::zeros(),
             });
         }
         let mut joints = Vec::new();
@@ -197,7 +200,7 @@ impl Linkage {
     /// pulls the load to its side, wherever its joint has brought it.
     fn loaded_at(&self, link: &PlaneLink, foot: &Foot) -> (Point2<f64>, f64) {
         if link.hanging.is_empty() {
-            return (foot.centre, foot.radius);
+            return (foot.centre + link.moved.rotation.inverse() * link.ahead, foot.radius);
         }
         let mut centre = foot.centre;
         for (child, share) in &link.hanging {
@@ -208,6 +211,19 @@ impl Linkage {
             centre += (at - foot.centre) * *share;
         }
         foot.pressed_at(&centre)
+    }
+
+    /// Tips the load of a link ahead under a force (N) of a tool at `height` (m along the normal): friction, which
+    /// balances it, acts at the support, and the pressure moves by their couple over the load (N). Within the
+    /// torsional radius: beyond, the thing would topple. Links of a linkage hold each other upright.
+    pub fn tip(&mut self, i: usize, force: &Vector2<f64>, height: f64, gravity: f64) {
+        let alone = self.joints.is_empty();
+        let link = &mut self.links[i];
+        let Some((foot, mass)) = link.foot.as_ref().filter(|_| alone).and_then(|f| Some((f, f.mass?))) else {
+            return;
+        };
+        let ahead = force * ((height - foot.ground).max(0.0) / (mass * gravity).max(1e-6));
+        link.ahead = ahead * (foot.radius / ahead.norm().max(foot.radius));
     }
 
     /// Moves everything by a generalised velocity for `dt` seconds.

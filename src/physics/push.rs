@@ -32,6 +32,7 @@ pub fn predict_push(model: &Model, action: &Action, gap: f64) -> Option<PushPred
     let carried = carried(model, action, target, &linkage);
     let path = smooth_path(action, &linkage);
     let hand = Hand::new(action, &linkage, target, &path, gap, friction_of(model, action))?;
+    let upright = action.tool.hold == Hold::Grip;
     let mut out = PushPrediction::default();
     for i in 0..path.len() {
         let force = if i == 0 {
@@ -39,6 +40,9 @@ pub fn predict_push(model: &Model, action: &Action, gap: f64) -> Option<PushPred
         } else {
             hand.step(&mut linkage, &path[i - 1], &path[i])
         };
+        if let Some(force) = force.filter(|_| !upright) {
+            linkage.tip(target, &force, height, action.gravity);
+        }
         record(&mut out, &linkage, path[i].0, force);
     }
     carry(&mut out, &action.target, &carried);

@@ -35,7 +35,7 @@ class Bench(w.World):
 
     def fresh(self, settle=0.3):
         data = mujoco.MjData(self.model)
-        data.mocap_pos[0] = [0, 0, 1]
+        self.put(data, [0, 0, 1])
         self.place(data)
         mujoco.mj_forward(self.model, data)
         for _ in range(int(settle / FINE)):

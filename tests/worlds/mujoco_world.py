@@ -67,11 +67,10 @@ class World:
 <light pos="0.3 -0.2 2" dir="-0.1 0.1 -1" diffuse="0.7 0.7 0.7"/>
 <geom name="table" type="plane" size="3 3 0.1" rgba="0.55 0.45 0.38 1"/>
 {bodies}
-<body name="finger" mocap="true" pos="0 0 1">
  <body name="tip" gravcomp="1"><joint name="tx" type="slide" axis="1 0 0" stiffness="{{k}}" damping="{{b}}"/>
  <joint name="ty" type="slide" axis="0 1 0" stiffness="{{k}}" damping="{{b}}"/>
  <joint name="tz" type="slide" axis="0 0 1" stiffness="{{k}}" damping="{{b}}"/>
- <geom name="tip" type="sphere" size="{TIP}" mass="0.02" rgba="0.2 0.2 0.2 0"/></body></body>
+ <geom name="tip" type="sphere" size="{TIP}" mass="0.02" rgba="0.2 0.2 0.2 0"/></body>
 </worldbody>
 <contact>{pairs}</contact>{extra}
 </mujoco>"""
@@ -80,11 +79,22 @@ class World:
         self.model = mujoco.MjModel.from_xml_string(self.xml)
         self.tip = self.model.geom("tip").id
         self.tip_body = self.model.body("tip").id
+        self.tip_at = slice(self.model.joint("tx").qposadr[0], self.model.joint("tx").qposadr[0] + 3)
+
+    def aim(self, place):
+        """Where the springs that carry the finger's tip pull it. (A tip on a mocap body would have no velocity in contacts.)"""
+        self.model.qpos_spring[self.tip_at] = place
+
+    def put(self, data, place):
+        """The finger there, at rest."""
+        self.aim(place)
+        data.qpos[self.tip_at] = place
+        data.qvel[self.model.joint("tx").dofadr[0]:][:3] = 0
 
     def fresh(self, settle=0.4):
         """The scene at rest, the finger far away."""
         data = mujoco.MjData(self.model)
-        data.mocap_pos[0] = [0, 0, 1]
+        self.put(data, [0, 0, 1])
         mujoco.mj_forward(self.model, data)
         for _ in range(int(settle / STEP)):
             mujoco.mj_step(self.model, data)
@@ -145,14 +155,13 @@ class World:
         data = data or self.fresh()
         times = [w[0] for w in waypoints]
         places = np.array([w[1] for w in waypoints])
-        data.mocap_pos[0] = places[0]
-        data.qpos[self.model.joint("tx").qposadr[0]:][:3] = 0
+        self.put(data, places[0])
         mujoco.mj_forward(self.model, data)
 
         def drive(t, data):
             i = min(max(bisect.bisect_right(times, t), 1), len(times) - 1)
             share = min(max((t - times[i - 1]) / (times[i] - times[i - 1]), 0.0), 1.0)
-            data.mocap_pos[0] = places[i - 1] + share * (places[i] - places[i - 1])
+            self.aim(places[i - 1] + share * (places[i] - places[i - 1]))
 
         def observe(data):
             return np.r_[self.finger_force(data), 0, 0, 0], data.xpos[self.tip_body]
@@ -492,7 +501,7 @@ def take_views(world, out, rng, count=16):
     model = mujoco.MjModel.from_xml_string(
         world.xml.replace("<worldbody>", '<worldbody><camera name="wrist" pos="0 0 1" resolution="320 240"/>'))
     data = mujoco.MjData(model)
-    data.mocap_pos[0] = [0, 0, 30]
+    model.qpos_spring[world.tip_at] = data.qpos[world.tip_at] = [0, 0, 30]
     for _ in range(int(0.3 / STEP)):
         mujoco.mj_step(model, data)
     renderers = make_renderers(model)

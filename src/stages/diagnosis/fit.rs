@@ -142,12 +142,17 @@ pub fn fit(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, gr
             }
             damping = (damping * 8.0).min(1e6);
         }
+        // Steps of expectation and maximisation raise the likelihood of the samples as they are, which the weights by
+        // the signal's change are not quite: where all levels together do not, one kind of them may.
         let learnt = learn(family, groups, &noise, &states);
-        let there = problem.states(&theta, &learnt);
-        let value = objective(&there, &theta, &learnt);
-        if value > best {
-            gained += value - best;
-            (noise, states, best) = (learnt, there, value);
+        for tried in std::iter::once(learnt.clone()).chain(noise.one_by_one(&learnt)) {
+            let there = problem.states(&theta, &tried);
+            let value = objective(&there, &theta, &tried);
+            if value > best {
+                gained += value - best;
+                (noise, states, best) = (tried, there, value);
+                break;
+            }
         }
         if gained < ENOUGH {
             break;

@@ -23,6 +23,21 @@ impl Noise {
             tau: family.scatter().iter().map(|s| s.tau).collect(),
         }
     }
+
+    /// These levels with one kind at a time as in `learnt`: each channel kind's, then those of the scatter.
+    pub fn one_by_one(&self, learnt: &Self) -> Vec<Self> {
+        let kind = |k: usize| {
+            let mut one = self.clone();
+            (one.sigma[k], one.rho[k]) = (learnt.sigma[k], learnt.rho[k]);
+            one
+        };
+        let mut all: Vec<Self> = (0..self.sigma.len()).map(kind).collect();
+        all.push(Self {
+            tau: learnt.tau.clone(),
+            ..self.clone()
+        });
+        all
+    }
 }
 
 /// What one interaction says at one point of the parameters.

@@ -15,6 +15,10 @@ const NAMED: f64 = 8.0;
 const RIVAL: f64 = 5.0;
 /// Score, nats, below which a law is not fitted.
 const WORTH: f64 = 2.0;
+/// What the amplitudes of a cause must be worth by themselves to be named, nats: two standard deviations.
+const SEEN: f64 = 2.0;
+/// A null that a candidate's parameters make better by this had not converged, nats.
+const SLIP: f64 = 0.3;
 /// How many laws are fitted in full.
 const FITTED: usize = 12;
 /// At most this many effects are taken up.
@@ -84,6 +88,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     let mut full = plain.clone();
     let mut taken: Vec<Taken> = Vec::new();
     let mut untestable = Vec::new();
+    let mut rounds = 0;
     while taken.len() < EFFECTS {
         let on: Vec<usize> = taken.iter().map(|t| t.law).collect();
         let causes: Vec<&str> = on.iter().map(|l| family.laws()[*l].cause).collect();
@@ -105,8 +110,16 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         let Some(best) = found.iter().find(|c| c.stands()).cloned() else {
             break;
         };
-        if best.gain < NAMED {
+        if best.gain < NAMED || significance(family, &best) < SEEN {
             break;
+        }
+        // A null that had not converged would make discoveries: the candidate's shared parameters may be nearer.
+        let shared = &best.fit.theta[..full.theta.len()];
+        let again = fit(family, &full.laws, shared, &best.fit.noise, &full.groups);
+        if rounds < EFFECTS && again.objective > full.objective + SLIP {
+            rounds += 1;
+            full = again;
+            continue;
         }
         let near = |c: &&Candidate| c.law != best.law && c.gain > best.gain - RIVAL;
         let rivals = found.iter().filter(near).map(|c| (c.law, c.gain)).collect();
@@ -124,6 +137,19 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         taken,
         untestable,
     })
+}
+
+/// Half the squared amplitudes of a candidate over their covariance at its shape, nats: what they alone can be worth.
+fn significance(family: &dyn Family, candidate: &Candidate) -> f64 {
+    let law = &family.laws()[candidate.law];
+    let (own, a) = (law.parameters.len(), law.amplitudes);
+    let first = candidate.fit.theta.len() - own;
+    let block = candidate.fit.covariance.view((first, first), (own, own)).into_owned();
+    let Some(precision) = Cholesky::new(block).map(|c| c.inverse()) else {
+        return f64::INFINITY;
+    };
+    let amplitude = DVector::from_column_slice(&candidate.fit.theta[first..first + a]);
+    0.5 * amplitude.dot(&(precision.view((0, 0), (a, a)) * &amplitude))
 }
 
 /// Effects that the others made needless are dropped again.

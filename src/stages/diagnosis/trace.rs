@@ -43,6 +43,16 @@ impl Quantity {
             Self::Rotation => "rad",
         }
     }
+
+    /// An amount of it as people say it, with its unit.
+    pub fn spoken(self, amount: f64) -> String {
+        match self {
+            Self::Force => format!("{amount:.3} N"),
+            Self::Torque => format!("{:.2} N·mm", 1e3 * amount),
+            Self::Position | Self::Flight | Self::Bounced => format!("{:.2} mm", 1e3 * amount),
+            Self::Rotation => format!("{:.2} degrees", amount.to_degrees()),
+        }
+    }
 }
 
 /// One quantity over time, measured and predicted, SI.

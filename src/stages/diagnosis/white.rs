@@ -28,9 +28,8 @@ pub fn whiteness(traces: &[Trace]) -> Vec<Evidence> {
             };
             let side = if mean > 0.0 { "above" } else { "below" };
             let words = format!(
-                "{what}: measured {:.3} {} {side} the prediction on average; what is left {colour}",
-                mean.abs(),
-                curve.quantity.unit(),
+                "{what}: measured {} {side} the prediction on average; what is left {colour}",
+                curve.quantity.spoken(mean.abs()),
             );
             found.push(Evidence {
                 residual: what,

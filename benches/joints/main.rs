@@ -142,7 +142,7 @@ impl Results {
         self.of(&format!("origin, m, {level}")).error(miss.norm());
         for i in 0..3 {
             // Where along its axis a hinge sits is nobody's to say.
-            if truth[i].abs() < 0.3 {
+            if truth[i].abs() < 0.02 {
                 let z = miss[i].abs() / sd[i];
                 self.of("origin, m").held(z <= 1.96);
                 self.of(&format!("origin, m, {level}")).scaled(z);

@@ -205,19 +205,16 @@ fn hang(dice: &mut ChaCha8Rng, parts: &[Part], i: usize) -> Hung {
         .sum();
     let mut between = |low: f64, high: f64| dice.random_range(low..high);
     let pitch = if kind == "screw" { between(0.003, 0.012) } else { 0.0 };
-    let (friction, damping, stiffness) = if kind == "prismatic" {
-        (
-            between(0.3, 1.2) + 1.6 * weight * axis.z.abs(),
-            between(1.0, 6.0),
-            between(6.0, 30.0),
-        )
+    let (friction, stiffness) = if kind == "prismatic" {
+        (between(0.3, 1.2) + 1.6 * weight * axis.z.abs(), between(6.0, 30.0))
     } else {
         (
             between(0.02, 0.07) + 1.6 * torque + 1.6 * pitch * weight,
-            between(0.005, 0.03),
             between(0.04, 0.2),
         )
     };
+    // At the fastest pull damping is a good part of the load.
+    let damping = friction * between(0.2, 0.8) * if kind == "prismatic" { 15.0 } else { 1.0 };
     let stiffness = if dice.random_bool(0.5) { stiffness } else { 0.0 };
     Hung {
         parent: parts[part.parent.unwrap_or(0)].name.clone(),
@@ -255,7 +252,7 @@ fn joint_text(j: &Hung) -> String {
     )
 }
 
-/// Three pulls of a part along its own joint, at three speeds, to and fro.
+/// Five pulls of a part along its own joint, at five speeds, to and fro.
 fn pulls(dice: &mut ChaCha8Rng, part: &Part, joint: &Hung, index: usize) -> String {
     let hand = part.centre + part.end.1 * (0.35 * part.size.dot(&part.end.1.abs()));
     let arm = hand - joint.origin;
@@ -267,7 +264,7 @@ fn pulls(dice: &mut ChaCha8Rng, part: &Part, joint: &Hung, index: usize) -> Stri
         (joint.axis.cross(&arm), arm.norm())
     };
     let mut text = String::new();
-    for (k, fast) in [0.35, 0.9, 1.8].into_iter().enumerate() {
+    for (k, fast) in [0.35, 0.9, 1.8, 0.5, 1.3].into_iter().enumerate() {
         let sign = if dice.random_bool(0.5) { 1.0 } else { -1.0 };
         let travel = if slide {
             dice.random_range(0.03..0.06)
@@ -286,7 +283,8 @@ fn pulls(dice: &mut ChaCha8Rng, part: &Part, joint: &Hung, index: usize) -> Stri
             sign * ahead.z,
             travel * lever,
             speed * lever,
-            dice.random_bool(0.5)
+            // One of them by a pivot: what a rigid grip leads along the level could as well lie there loose.
+            k == 0 || dice.random_bool(0.5)
         );
     }
     text

@@ -35,6 +35,9 @@ impl Tally {
         };
         if let Some([low, high]) = e.ci95 {
             self.held(low <= truth && truth <= high);
+            if let Some(sd) = e.sd.filter(|_| e.is_measured()) {
+                self.scaled.push((e.value - truth).abs() / sd);
+            }
         }
         if e.is_measured() {
             self.error(((e.value - truth) / truth).abs());

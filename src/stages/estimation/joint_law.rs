@@ -147,17 +147,18 @@ fn doubt(trials: &[Trial], whole: &LinearFit, k: usize, terms: Terms, setting: &
         })
         .sum();
     let scatter = ((n - 1.0) / n * spread).sqrt();
-    // One trial shows no scatter: twice the expected stands in for it.
+    // Few trials may agree by chance: the expected scatter is the least; one trial alone shows none.
     let unseen = if trials.len() > 1 { 1.0 } else { 2.0 };
     let repeat = if k == 0 {
         unseen * setting.scatter / n.sqrt()
     } else {
         0.0
     };
+    let least = repeat * whole.x[k].abs();
     whole
         .sd(k)
-        .hypot(scatter)
-        .hypot(repeat.hypot(setting.geometry) * whole.x[k])
+        .hypot(scatter.max(least))
+        .hypot(setting.geometry * whole.x[k])
 }
 
 /// The law of the joint; `None` where the loads do not even show friction.

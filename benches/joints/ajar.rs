@@ -1,10 +1,8 @@
 //! Doors and drawers that were opened a little: what is said of their kind, from full poses and from the path of the
 //! hand alone.
 
-use std::time::Instant;
-
 use nalgebra::Vector3;
-use palpate::base::{Progress, Seed, rng_for};
+use palpate::base::{Progress, Seed, Stopwatch, rng_for};
 use palpate::capture::Capture;
 use palpate::pipeline::build;
 use palpate::twin::{Joint, JointKind};
@@ -60,7 +58,7 @@ struct Case {
 }
 
 pub fn run_all(count: u64) {
-    let started = Instant::now();
+    let started = Stopwatch::start();
     let jobs: Vec<(u64, f64, bool)> = (0..count)
         .flat_map(|seed| OPENED.iter().flat_map(move |d| [(seed, *d, true), (seed, *d, false)]))
         .collect();
@@ -90,11 +88,7 @@ pub fn run_all(count: u64) {
             })
         })
         .collect();
-    println!(
-        "== ajar: {} recordings, {:.1} s",
-        cases.len(),
-        started.elapsed().as_secs_f64()
-    );
+    println!("== ajar: {} recordings, {:.1} s", cases.len(), started.seconds());
     for by_hand in [false, true] {
         let mut odds = Odds::default();
         for degrees in OPENED {

@@ -17,10 +17,9 @@ mod tally;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Instant;
 
 use nalgebra::Vector3;
-use palpate::base::{Progress, Seed};
+use palpate::base::{Progress, Seed, Stopwatch};
 use palpate::lab::{Scene, Synthetic, synthesise};
 use palpate::pipeline::{Options, Pass, Run, build};
 use palpate::twin::{Joint, JointKind, RelationKind};
@@ -210,7 +209,7 @@ impl Results {
 }
 
 fn run_all(name: &str, count: u64, make: fn(u64) -> Made) {
-    let started = Instant::now();
+    let started = Stopwatch::start();
     let runs: Vec<(Made, Run)> = (0..count)
         .into_par_iter()
         .map(|seed| {
@@ -224,7 +223,7 @@ fn run_all(name: &str, count: u64, make: fn(u64) -> Made) {
     for (i, (made, run)) in runs.iter().enumerate() {
         results.judge(made, run, &format!("{name} {i}"));
     }
-    println!("== {name}: {count} scenes, {:.1} s", started.elapsed().as_secs_f64());
+    println!("== {name}: {count} scenes, {:.1} s", started.seconds());
     results.print();
 }
 
@@ -242,13 +241,13 @@ fn time_of_ten() {
         })
         .collect();
     let synthetic = recorded(&made.scene, 1);
-    let started = Instant::now();
+    let started = Stopwatch::start();
     let run = build(&synthetic.capture, &options(), &Progress::silent()).expect("a run");
     println!(
         "== time: {} recordings of {} links in {:.3} s; passes {:?}",
         synthetic.capture.interactions.len(),
         run.model.twin.links().count(),
-        started.elapsed().as_secs_f64(),
+        started.seconds(),
         run.seconds
     );
 }

@@ -394,7 +394,7 @@ pub fn stack(seed: u64) -> Stack {
         )
     };
     text += &push("push-low", "low", -0.5 * low[0], 0.5 * low[2]);
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         text += &push("push-top", "top", -0.5 * top[0], low[2] + 0.3 * top[2]);
     }
     if lifted {

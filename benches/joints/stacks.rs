@@ -1,8 +1,6 @@
 //! Stacks: what is glued, what rests, what nobody tried.
 
-use std::time::Instant;
-
-use palpate::base::Progress;
+use palpate::base::{Progress, Stopwatch};
 use palpate::pipeline::{Run, build};
 use palpate::twin::RelationKind;
 use rayon::prelude::*;
@@ -70,7 +68,7 @@ impl Count {
 }
 
 pub fn run_all(count: u64) {
-    let started = Instant::now();
+    let started = Stopwatch::start();
     let runs: Vec<(Stack, Run)> = (0..count)
         .into_par_iter()
         .map(|seed| {
@@ -84,7 +82,7 @@ pub fn run_all(count: u64) {
     for (i, (made, run)) in runs.iter().enumerate() {
         results.judge(made, i % 2 == 0, run, &format!("stack {i}"));
     }
-    println!("== stacks: {count} scenes, {:.1} s", started.elapsed().as_secs_f64());
+    println!("== stacks: {count} scenes, {:.1} s", started.seconds());
     println!(
         "relations right {} of {}; freedoms right {}; left open {} where {} may be; fixed without a touch that could part {}",
         results.right,

@@ -10,10 +10,10 @@ use rand_distr::{Distribution, StandardNormal};
 
 use palpate::base::{Estimate, Notices, Pose, Seed, rng_for};
 use palpate::capture::{
-    Capture, Interaction, Kind, Noise, PoseStream, Support, Tool, ToolShape, VectorStream, WrenchStream,
+    BodyPrior, Capture, Interaction, Kind, Noise, PoseStream, Support, Tool, ToolShape, VectorStream, WrenchStream,
 };
 use palpate::geometry::Mesh;
-use palpate::stages::estimation::{Config, calibrate_friction, identify};
+use palpate::stages::estimation::{Config, ForceScale, calibrate_force, calibrate_friction, identify};
 use palpate::stages::interaction;
 use palpate::twin::{Body, FORMAT, Link, Model, Provenance, Twin};
 
@@ -240,9 +240,13 @@ fn model() -> Model {
 }
 
 fn found(interactions: Vec<Interaction>) -> Link {
-    let (capture, mut model, mut notices) = (capture(interactions), model(), Notices::default());
-    let cut = interaction::segment(&capture, &model, &interaction::Config::default(), &mut notices).expect("cuts");
-    identify(&capture, &cut, &mut model, &Config::default(), &mut notices).expect("identifies");
+    found_in(&capture(interactions), &Config::default())
+}
+
+fn found_in(capture: &Capture, config: &Config) -> Link {
+    let (mut model, mut notices) = (model(), Notices::default());
+    let cut = interaction::segment(capture, &model, &interaction::Config::default(), &mut notices).expect("cuts");
+    identify(capture, &cut, &mut model, config, &mut notices).expect("identifies");
     model.twin.bodies[0].links[0].clone()
 }
 
@@ -321,4 +325,42 @@ fn a_series_of_tilts_becomes_an_entry_of_the_table() {
     let read = |key: &str| table["friction"][0][key].as_float().expect("number");
     assert!((read("static") - 0.4).abs() < 2.0 * read("static_sd"), "{entry}");
     assert!((read("kinetic") - 0.33).abs() < 2.0 * read("kinetic_sd"), "{entry}");
+}
+
+#[test]
+fn lifts_of_known_weights_give_the_scale_of_the_sensor_and_with_it_the_mass() {
+    let gain = 1.04;
+    let reads_too_much = ForceScale {
+        gain: 1.0 / gain,
+        gain_sd: 0.0,
+        range: [1.0, 1.0],
+        how: String::new(),
+    };
+    let mut rig = Rig::new(6);
+    let weights = ["lift-00", "lift-01", "lift-02"].map(|name| Interaction {
+        name: name.into(),
+        ..lift(&mut rig, 0.5)
+    });
+    let mut known = reads_too_much.applied(&capture(weights.to_vec()));
+    known.bodies = vec![BodyPrior {
+        name: "box".into(),
+        mass: Some(0.5),
+        mass_sd: Some(0.0005),
+        ..BodyPrior::default()
+    }];
+    let mut notices = Notices::default();
+    let cut = interaction::segment(&known, &model(), &interaction::Config::default(), &mut notices).expect("cuts");
+    let scale = calibrate_force(&known, &cut, &Config::default(), &mut notices).expect("a scale");
+    assert!(
+        (scale.gain - gain).abs() < 3.0 * scale.gain_sd && scale.gain_sd < 0.005,
+        "{scale:?}"
+    );
+
+    let unknown = reads_too_much.applied(&capture(vec![lift(&mut rig, 0.32)]));
+    let config = Config {
+        force_scale: Some(scale.clone()),
+        ..Config::default()
+    };
+    let link = found_in(&scale.applied(&unknown), &config);
+    holds(link.mass.as_ref(), 0.32, 0.05);
 }

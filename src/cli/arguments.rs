@@ -85,6 +85,9 @@ pub enum Command {
         /// What was learnt of other things by `palpate calibrate snapshots`: a new thing starts from it
         #[arg(long)]
         snapshot_prior: Option<PathBuf>,
+        /// The scale of the force sensor as `palpate calibrate force` found it: forces are divided by it, its doubt counts
+        #[arg(long)]
+        force_scale: Option<PathBuf>,
         /// Write the seconds of each pass into the twin (it then differs from run to run)
         #[arg(long)]
         timings: bool,
@@ -197,6 +200,14 @@ pub enum Calibration {
         /// The folder of a capture with tilts
         capture: PathBuf,
         /// Where the entry goes (default: standard output)
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// The scale of the force sensor from lifts of known weights, for `palpate reconstruct --force-scale`
+    Force {
+        /// The folder of a capture with lifts of bodies whose `mass` it gives
+        capture: PathBuf,
+        /// Where the scale goes (default: standard output)
         #[arg(long)]
         out: Option<PathBuf>,
     },

@@ -9,12 +9,13 @@ use super::arguments::{Calibration, Common};
 use super::output;
 use crate::base::{Notices, Result, Seed, write_atomically};
 use crate::capture::read_capture;
-use crate::pipeline::{calibrate_friction, learn_snapshots};
+use crate::pipeline::{calibrate_force, calibrate_friction, learn_snapshots};
 
 /// Calibrates what was asked.
 pub fn calibrate(common: &Common, what: &Calibration) -> Result<ExitCode> {
     match what {
         Calibration::Friction { capture, out } => friction(common, capture, out.as_deref()),
+        Calibration::Force { capture, out } => force(common, capture, out.as_deref()),
         Calibration::Snapshots { captures, out } => snapshots(common, captures, out.as_deref()),
     }
 }
@@ -23,6 +24,13 @@ fn snapshots(common: &Common, folders: &[PathBuf], out: Option<&Path>) -> Result
     let captures = folders.iter().map(|f| read_capture(f)).collect::<Result<Vec<_>>>()?;
     let learnt = learn_snapshots(&captures, Seed(common.seed))?;
     entry(common, &learnt.to_toml()?, out)
+}
+
+fn force(common: &Common, capture: &Path, out: Option<&Path>) -> Result<ExitCode> {
+    let mut notices = Notices::default();
+    let scale = calibrate_force(&read_capture(capture)?, &mut notices)?;
+    output::notices(common, &notices.0);
+    entry(common, &scale.to_toml()?, out)
 }
 
 fn friction(common: &Common, capture: &Path, out: Option<&Path>) -> Result<ExitCode> {

@@ -13,6 +13,7 @@ use crate::capture::{Capture, read_capture};
 use crate::export::export_all;
 use crate::pipeline::{Options, Pass, Run, build};
 use crate::report;
+use crate::stages::estimation::ForceScale;
 use crate::stages::snapshots::LearntPrior;
 use crate::twin::{Link, read_twin, write_twin};
 
@@ -23,6 +24,7 @@ pub struct Request<'a> {
     pub voxel: f64,
     pub timings: bool,
     pub snapshot_prior: Option<&'a Path>,
+    pub force_scale: Option<&'a Path>,
 }
 
 /// Reconstructs and says what came out.
@@ -54,6 +56,9 @@ fn options(common: &Common, request: &Request) -> Result<Options> {
     options.shape.check()?;
     if let Some(path) = request.snapshot_prior {
         options.snapshots.learnt = Some(LearntPrior::from_toml(&read_text(path)?)?);
+    }
+    if let Some(path) = request.force_scale {
+        options.estimation.force_scale = Some(ForceScale::from_toml(&read_text(path)?, path)?);
     }
     if !request.passes.is_empty() {
         options.passes = request

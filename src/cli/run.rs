@@ -45,6 +45,7 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
             voxel,
             timings,
             snapshot_prior,
+            force_scale,
         } => {
             let request = reconstruct::Request {
                 passes,
@@ -52,6 +53,7 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
                 voxel: *voxel,
                 timings: *timings,
                 snapshot_prior: snapshot_prior.as_deref(),
+                force_scale: force_scale.as_deref(),
             };
             reconstruct::reconstruct(common, capture, out, &request)
         }

@@ -31,6 +31,8 @@ pub struct Run {
 pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Result<Run> {
     let mut notices = Notices::default();
     let mut clock = PassClock::new(progress);
+    let scaled = options.estimation.force_scale.as_ref().map(|s| s.applied(capture));
+    let capture = scaled.as_ref().unwrap_or(capture);
 
     let symmetries = Symmetries::new(capture, options);
     let mut shapes = shape::Shapes::default();

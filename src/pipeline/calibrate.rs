@@ -4,6 +4,7 @@ use super::Options;
 use super::{Pass, assemble, build};
 use crate::base::{Error, Notices, Progress, Result, Seed};
 use crate::capture::Capture;
+use crate::stages::estimation::ForceScale;
 use crate::stages::snapshots::{LearntPrior, Seen};
 use crate::stages::{estimation, interaction, shape};
 
@@ -13,6 +14,14 @@ pub fn calibrate_friction(capture: &Capture, notices: &mut Notices) -> Result<St
     let model = assemble::model(capture, shape::Shapes::default(), &options);
     let segmented = interaction::segment(capture, &model, &options.interaction, notices)?;
     estimation::calibrate_friction(capture, &segmented, &options.estimation, notices)
+}
+
+/// The scale of the force sensor from the lifts of known weights of a capture.
+pub fn calibrate_force(capture: &Capture, notices: &mut Notices) -> Result<ForceScale> {
+    let options = Options::default();
+    let model = assemble::model(capture, shape::Shapes::default(), &options);
+    let segmented = interaction::segment(capture, &model, &options.interaction, notices)?;
+    estimation::calibrate_force(capture, &segmented, &options.estimation, notices)
 }
 
 /// A prior by shape and material from captures of snapshot pairs, for things of their kind.

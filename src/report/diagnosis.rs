@@ -57,7 +57,7 @@ fn errors(base: &BaseFit) -> String {
             };
             format!(
                 "<div class=\"error\"><h3>{}</h3>{}{}</div>\n",
-                capital(name),
+                capital(&name.replace('-', " ")),
                 bar("rmse", "error", *rmse),
                 bar("floor", "noise", floor)
             )

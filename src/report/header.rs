@@ -77,7 +77,7 @@ fn errors(run: &Run) -> String {
                 escape(&quantity(*rmse, unit, 2.0)),
                 escape(&quantity(floor, unit, 2.0))
             );
-            figure(&value, &format!("{} error", capital(name)))
+            figure(&value, &format!("{} error", capital(&name.replace('-', " "))))
         })
         .collect()
 }

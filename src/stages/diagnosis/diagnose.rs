@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::compare::{base_fit, verdict};
+use super::delay::delay_finding;
 use super::family::Family;
 use super::joints::joint_findings;
 use super::motions::of_all_joints;
@@ -70,6 +71,7 @@ pub fn diagnose(
             .collect()
     };
     let traces = predicted(model, (&curves.full, &curves.full_tosses));
+    findings.extend(delay_finding(&traces).filter(|f| config.allows(&f.cause)));
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces)

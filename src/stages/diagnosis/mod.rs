@@ -4,6 +4,7 @@
 mod asking;
 mod compare;
 mod config;
+mod delay;
 mod diagnose;
 mod evidence;
 mod family;

@@ -164,7 +164,13 @@ fn backward(family: &dyn Family, plain: &Fit, mut full: Fit, mut taken: Vec<Take
             .collect();
         let start = without(family, &full, taken[k].law);
         let smaller = fit(family, &laws, &start, &full.noise, &plain.groups);
-        if full.log_evidence - smaller.log_evidence < 0.5 * NAMED {
+        // What a law that is also on could not be told from before, it has to be worth as much beside it.
+        let told = |t: &Taken| family.laws()[t.law].cause;
+        let mimicked = taken
+            .iter()
+            .any(|t| t.law != taken[k].law && taken[k].rivals.iter().any(|r| family.laws()[r.0].cause == told(t)));
+        let needed = if mimicked { NAMED } else { 0.5 * NAMED };
+        if full.log_evidence - smaller.log_evidence < needed {
             taken.remove(k);
             full = smaller;
             k = 0;

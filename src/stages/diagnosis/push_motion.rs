@@ -6,9 +6,9 @@ use crate::math::{interpolate, median};
 use crate::physics::PushPrediction;
 use crate::twin::Link;
 
-/// Force of the blow with which the tool meets a body, N: how far the force overshoots what comes after, or speed
-/// times the square root of stiffness and mass, the stiffness as the force rose.
-pub fn impact(time: &[f64], force: &[Vector3<f64>], motion: &Motion, onset: f64, mass: f64) -> f64 {
+/// Force of the blow with which the tool meets a body, N, and the speed of the blow, m/s: how far the force overshoots
+/// what comes after, or speed times the square root of stiffness and mass, the stiffness as the force rose.
+pub fn impact(time: &[f64], force: &[Vector3<f64>], motion: &Motion, onset: f64, mass: f64) -> (f64, f64) {
     let speed = motion.at(onset + 0.05).speed.max(1e-4);
     let near = |i: &usize| (time[*i] - onset).abs() < 0.15 && *i > 0;
     let steep = |i: usize| (force[i].norm() - force[i - 1].norm()) / (time[i] - time[i - 1]).max(1e-6);
@@ -18,7 +18,7 @@ pub fn impact(time: &[f64], force: &[Vector3<f64>], motion: &Motion, onset: f64,
         .filter(near)
         .map(|i| force[i].norm())
         .fold(0.0, f64::max);
-    (speed * (rate / speed * mass).sqrt()).max(highest - level)
+    ((speed * (rate / speed * mass).sqrt()).max(highest - level), speed)
 }
 
 /// When the force first reached half of what the plain model says.

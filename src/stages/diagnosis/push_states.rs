@@ -7,11 +7,12 @@ use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_motion::{Motion, impact, rise};
 use crate::capture::Interaction;
+use crate::math::median;
 use crate::stages::estimation::{action_of, replay_push, travel_direction};
 
 /// Seconds of one sample.
 const BIN: f64 = 0.02;
-/// Share of the tool's largest speed above which it moves steadily.
+/// Share of the usual speed above which it moves steadily.
 const STEADY: f64 = 0.7;
 /// Slip after the force rose from which on the model speaks, m: before that the finger's tip gives way.
 const SETTLED: f64 = 1e-4;
@@ -19,6 +20,10 @@ const SETTLED: f64 = 1e-4;
 const EVEN: f64 = 0.01;
 /// How well the direction of the surface at the contact is known, rad.
 const DIRECTION: f64 = 0.15;
+/// Pushes that tell what blow is usual.
+const FEW: usize = 4;
+/// A blow this many times the usual one of its speed may still be one.
+const EXCUSED: f64 = 1.5;
 /// Seconds in which the blow of the tool dies down to a third.
 const RINGING: f64 = 0.1;
 /// Everything that a law may depend on at one moment.
@@ -81,8 +86,13 @@ pub struct Observed {
     pub noise: f64,
     pub largest: f64,
     pub along: Vector2<f64>,
-    pub group: Group,
     pub states: Vec<State>,
+    /// Blow of the tool, N, and its speed, m/s.
+    blow: (f64, f64),
+    measured: Vec<Vector2<f64>>,
+    spread: Vec<f64>,
+    name: String,
+    held_out: bool,
 }
 
 impl Observed {
@@ -122,14 +132,9 @@ impl Observed {
         let mass = link.mass.as_ref().map_or(0.3, |m| m.value);
         let blow = impact(&time, &force, &motion, onset, mass);
         for s in states.iter_mut().filter(|s| s.contact) {
-            s.ringing = blow * (-(s.time + zero - onset) / RINGING).exp();
+            s.ringing = blow.0 * (-(s.time + zero - onset) / RINGING).exp();
         }
         let (states, measured, spread) = windows(&states, &measured, &along);
-        let group = Group {
-            name: interaction.name.clone(),
-            held_out: interaction.held_out,
-            channels: channels(&states, &measured, &spread, &along),
-        };
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
         let largest = finite.fold(0.0, f64::max);
         let load = link.mass.as_ref().filter(|m| m.is_measured()).map_or_else(
@@ -142,9 +147,35 @@ impl Observed {
             noise: noise?,
             largest,
             along,
-            group,
             states,
+            blow,
+            measured,
+            spread,
+            name: interaction.name.clone(),
+            held_out: interaction.held_out,
         })
+    }
+
+    /// The push as the family sees it.
+    pub fn group(&self) -> Group {
+        Group {
+            name: self.name.clone(),
+            held_out: self.held_out,
+            channels: channels(&self.states, &self.measured, &self.spread, &self.along),
+        }
+    }
+}
+
+/// A blow by the same tool is as its speed: a force that overshoots by more than others of its speed do is no ringing,
+/// and it is not excused as one.
+pub fn excuse_blows(seen: &mut [Observed]) {
+    let per_speed: Vec<f64> = seen.iter().map(|o| o.blow.0 / o.blow.1).collect();
+    let Some(usual) = median(&per_speed).filter(|_| seen.len() >= FEW) else {
+        return;
+    };
+    for push in seen {
+        let share = (EXCUSED * usual * push.blow.1 / push.blow.0.max(1e-9)).min(1.0);
+        push.states.iter_mut().for_each(|s| s.ringing *= share);
     }
 }
 
@@ -165,7 +196,10 @@ fn moments(
     plane: &[Vector3<f64>; 2],
     along: &Vector2<f64>,
 ) -> (Vec<State>, Vec<Vector2<f64>>, f64) {
+    // The usual speed, not the largest: a tool that tears loose springs ahead.
     let top = motion.speed.iter().copied().fold(0.0, f64::max);
+    let moves: Vec<f64> = motion.speed.iter().copied().filter(|v| *v > 0.05 * top).collect();
+    let usual = median(&moves).unwrap_or(top);
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     for (t, f) in time.iter().zip(force) {
@@ -175,7 +209,7 @@ fn moments(
             slip += moment.speed * (t - before).max(0.0);
             before = *t;
         }
-        let contact = within && slip > SETTLED && moment.speed > STEADY * top;
+        let contact = within && slip > SETTLED && moment.speed > STEADY * usual;
         let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;

@@ -8,7 +8,7 @@ use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
 use super::predict::Scene;
 use super::push_catalogue::push_laws;
 use super::push_laws;
-use super::push_states::{History, Observed, State};
+use super::push_states::{History, Observed, State, excuse_blows};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
@@ -46,7 +46,7 @@ impl Pushes {
         };
         let mut names: Vec<String> = Vec::new();
         let mut history = History::default();
-        let mut noise = Vec::new();
+        let mut all = Vec::new();
         for interaction in ordered
             .into_iter()
             .filter(|i| matches!(i.kind, Kind::Push | Kind::Pull))
@@ -58,19 +58,20 @@ impl Pushes {
                 segmented: cut,
                 model,
             };
-            let Some(seen) = Observed::of(&scene, &plane, zero, &mut history) else {
-                continue;
-            };
+            all.extend(Observed::of(&scene, &plane, zero, &mut history));
+        }
+        excuse_blows(&mut all);
+        let noise: Vec<f64> = all.iter().map(|s| s.noise).collect();
+        for seen in all {
             let index = names.iter().position(|n| *n == seen.body).unwrap_or_else(|| {
                 names.push(seen.body.clone());
                 out.loads.push(seen.load);
                 names.len() - 1
             });
-            noise.push(seen.noise);
             out.largest = out.largest.max(seen.largest);
             out.bodies.push(index);
             out.along.push(seen.along);
-            out.sheet.groups.push(seen.group);
+            out.sheet.groups.push(seen.group());
             out.states.push(seen.states);
         }
         if out.sheet.groups.is_empty() {

@@ -1,5 +1,6 @@
 //! What can be set for the physics pass.
 
+use super::ForceScale;
 use crate::base::{Error, Result};
 
 /// Settings of the physics pass; the defaults need no change to run.
@@ -23,6 +24,8 @@ pub struct Config {
     pub density: (f64, f64),
     /// Friction of an unknown pair and its standard deviation.
     pub friction_prior: (f64, f64),
+    /// The scale of the force sensor, where it was calibrated.
+    pub force_scale: Option<ForceScale>,
 }
 
 impl Default for Config {
@@ -37,11 +40,20 @@ impl Default for Config {
             tilt_distance: 0.15,
             density: (700.0, 0.7),
             friction_prior: (0.35, 0.2),
+            force_scale: None,
         }
     }
 }
 
+/// Doubt of the scale of a force sensor that was not calibrated, a share.
+const FORCE_GAIN: f64 = 1e-3;
+
 impl Config {
+    /// Doubt of the scale of the force sensor, a share (1 sd).
+    pub fn force_gain_sd(&self) -> f64 {
+        self.force_scale.as_ref().map_or(FORCE_GAIN, |s| s.gain_sd)
+    }
+
     /// Refuses settings that cannot work.
     pub fn check(&self) -> Result<()> {
         let positive = [

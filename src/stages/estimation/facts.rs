@@ -140,7 +140,7 @@ fn read_one(
 ) -> bool {
     match interaction.kind {
         Kind::Lift => {
-            let found = weigh(interaction, cut, link, &ground.gravity);
+            let found = weigh(interaction, cut, link, &ground.gravity, config.force_gain_sd());
             facts.weighings.extend(found.clone());
             found.is_some()
         }

@@ -55,12 +55,14 @@ fn aloft(interaction: &Interaction, segmented: &Segmented, up: &Vector3<f64>, ta
     (stretch.end - stretch.start > 0.1).then_some(stretch)
 }
 
-/// Weighs what hangs on the tool: force against gravity, corrected for the tool's acceleration.
+/// Weighs what hangs on the tool: force against gravity, corrected for the tool's acceleration. `gain_sd` is the doubt of
+/// the sensor's scale, a share.
 pub(super) fn weigh(
     interaction: &Interaction,
     segmented: &Segmented,
     target: &str,
     gravity: &Vector3<f64>,
+    gain_sd: f64,
 ) -> Option<Weighing> {
     let stream = interaction.force.as_ref()?;
     let g = gravity.norm();
@@ -82,7 +84,7 @@ pub(super) fn weigh(
     } else {
         0.0
     };
-    let gain = 1e-3 * mean.mean.abs();
+    let gain = gain_sd * mean.mean.abs();
     let sd = (mean.sd.powi(2) + (tare_sd / g).powi(2) + untared.powi(2) + gain.powi(2)).sqrt();
     if mean.mean < 3.0 * sd {
         return None;

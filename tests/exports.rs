@@ -173,6 +173,7 @@ fn joint(kind: JointKind, parent: &str, child: &str, axis: [f64; 3], origin: [f6
         damping: None,
         stiffness: None,
         rest: None,
+        effort: None,
     }
 }
 

@@ -228,6 +228,7 @@ fn a_hinge_on_the_table_is_confounded_with_the_table() {
         damping: None,
         stiffness: None,
         rest: None,
+        effort: None,
     };
     let mut model = model_of(
         &capture,

@@ -114,6 +114,7 @@ fn joint() -> Joint {
         damping: None,
         stiffness: None,
         rest: None,
+        effort: None,
     }
 }
 

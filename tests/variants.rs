@@ -73,6 +73,7 @@ fn model() -> Model {
         damping: None,
         stiffness: None,
         rest: None,
+        effort: None,
     };
     let twin = Twin {
         format: FORMAT.into(),

@@ -197,5 +197,6 @@ fn hold(file: &Path, joint: &urdf_rs::Joint, world: &Isometry3<f64>, trust: Trus
         damping: losses.map(|d| trust.estimate(d.damping, damping)),
         stiffness: None,
         rest: None,
+        effort: None,
     })
 }

@@ -6,7 +6,8 @@ use std::path::Path;
 use super::lathe::wall;
 use super::surface::{face, surface};
 use super::{
-    BodySpec, BondSpec, CameraSpec, FrictionSpec, JointSpec, NoiseSpec, PairSpec, RepeatSpec, Scene, ShapeSpec,
+    BodySpec, BondSpec, CameraSpec, FrictionSpec, JointSpec, JointSpecKind, NoiseSpec, PairSpec, RepeatSpec, Scene,
+    ShapeSpec,
 };
 use crate::base::{Error, Result, nearest_name};
 
@@ -286,6 +287,10 @@ impl Checker<'_> {
         self.not_negative(&format!("{place}.damping"), joint.damping)?;
         self.not_negative(&format!("{place}.stiffness"), joint.stiffness)?;
         self.finite(&format!("{place}.rest"), [joint.rest; 3])?;
+        if (joint.kind == JointSpecKind::Screw) != (joint.pitch != 0.0) || !joint.pitch.is_finite() {
+            let expected = "a pitch that is not zero for a screw, and none for other kinds";
+            return self.refuse(&format!("{place}.pitch"), joint.pitch.to_string(), expected);
+        }
         match joint.limits {
             Some([low, high]) if !(low <= 0.0 && high >= 0.0 && low < high) => self.refuse(
                 &format!("{place}.limits"),

@@ -70,7 +70,7 @@ impl Scene {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RepeatSpec {
-    /// Of all friction of things, static and kinetic alike.
+    /// Of all friction of things, static and kinetic alike, and of joints.
     pub friction: f64,
     /// Of the stiffness and damping of springy parts.
     pub stiffness: f64,
@@ -101,6 +101,9 @@ impl Scene {
         for friction in of_bodies.chain(scene.pair.iter_mut().map(|p| &mut p.friction)) {
             friction.static_ *= slippery;
             friction.kinetic *= slippery;
+        }
+        for joint in &mut scene.joint {
+            joint.friction *= slippery;
         }
         for foam in scene.body.iter_mut().filter_map(|b| b.foam.as_mut()) {
             foam.stiffness *= soft;
@@ -299,6 +302,8 @@ pub enum JointSpecKind {
     Revolute,
     /// Slides along the axis.
     Prismatic,
+    /// Turns about the axis and climbs along it by its pitch.
+    Screw,
 }
 
 /// A joint between two parts.
@@ -316,6 +321,9 @@ pub struct JointSpec {
     /// World point at the first view.
     #[serde(default)]
     pub origin: [f64; 3],
+    /// m/rad along the axis, of a screw.
+    #[serde(default)]
+    pub pitch: f64,
     /// Range, rad or m, 0 at the first view.
     #[serde(default)]
     pub limits: Option<[f64; 2]>,

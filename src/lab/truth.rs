@@ -124,17 +124,16 @@ fn symmetry(shape: &ShapeSpec) -> Vec<Vector3<f64>> {
 }
 
 fn true_joint(joint: &JointSpec) -> TrueJoint {
-    let revolute = joint.kind == JointSpecKind::Revolute;
     TrueJoint {
         a: joint.a.clone(),
         b: joint.b.clone(),
-        kind: if revolute {
-            JointKind::Revolute
-        } else {
-            JointKind::Prismatic
+        kind: match joint.kind {
+            JointSpecKind::Revolute => JointKind::Revolute,
+            JointSpecKind::Prismatic => JointKind::Prismatic,
+            JointSpecKind::Screw => JointKind::Screw,
         },
         axis: Vector3::from(joint.axis).normalize().into(),
-        origin: revolute.then_some(joint.origin),
+        origin: (joint.kind != JointSpecKind::Prismatic).then_some(joint.origin),
         limits: joint.limits,
         friction: Some(joint.friction),
         damping: Some(joint.damping),
@@ -147,7 +146,7 @@ fn relations(scene: &Scene, solids: &BTreeMap<String, Solid>) -> BTreeMap<String
     let mut relations = BTreeMap::new();
     for joint in &scene.joint {
         let freedom = match joint.kind {
-            JointSpecKind::Revolute => [1, 0],
+            JointSpecKind::Revolute | JointSpecKind::Screw => [1, 0],
             JointSpecKind::Prismatic => [0, 1],
         };
         relations.insert(format!("{}|{}", joint.a, joint.b), TrueRelation::Freedom(freedom));

@@ -6,13 +6,31 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Options;
 use crate::base::{Estimate, Notices, Pose};
-use crate::capture::{Capture, PoseStream};
+use crate::capture::{Capture, Kind, PoseStream};
 use crate::stages::articulation::Articulation;
+use crate::stages::estimation::{ArcTouch, arc_touches};
 use crate::stages::shape::{Shapes, Silhouette, VisualTrack, principal_views};
 use crate::twin::{
-    Body, Diagnosis, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind,
-    SCENE_MESH, SupportPlane, SurfaceShares, TrackFromImages, Twin,
+    Body, Diagnosis, Experiment, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation,
+    RelationKind, SCENE_MESH, SupportPlane, SurfaceShares, TrackFromImages, Twin,
 };
+
+/// What would decide the arcs of the graph that are still open, as experiments.
+pub fn open_arcs(capture: &Capture, model: &Model) -> Vec<Experiment> {
+    let touches = arc_touches(model, &capture.noise, &[Kind::Lift, Kind::Push, Kind::Pull]);
+    let place = |t: &ArcTouch| {
+        let [p, d] = [t.touch.start.coords, t.touch.direction].map(|v| format!("[{:.3}, {:.3}, {:.3}]", v.x, v.y, v.z));
+        format!("{} (at {p} m, towards {d})", t.why)
+    };
+    touches
+        .into_iter()
+        .map(|t| Experiment {
+            words: place(&t),
+            bits: Some(t.bits),
+            parts: t.parts,
+        })
+        .collect()
+}
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.
 fn file_stem(name: &str) -> String {
@@ -223,6 +241,7 @@ pub fn weld(model: &mut Model) {
                 damping: None,
                 stiffness: None,
                 rest: None,
+                effort: None,
             },
         );
     }

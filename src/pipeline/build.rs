@@ -86,7 +86,8 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
 
     assemble::share_surfaces(&mut model);
     assemble::record(&mut model, capture, options, &clock.laps, notices);
-    let diagnosis::Diagnosed { diagnosis, traces } = diagnosed;
+    let diagnosis::Diagnosed { mut diagnosis, traces } = diagnosed;
+    diagnosis.experiments.extend(assemble::open_arcs(capture, &model));
     assemble::lean(&mut model, &diagnosis);
     Ok(Run {
         model,

@@ -6,13 +6,16 @@ use super::explore::{Gathered, Step};
 use super::{ExploreOptions, Options, assemble};
 use crate::base::{Notices, Pose, Progress, Result};
 use crate::capture::{Answer, Capture, Interaction, Rig, RigDescription};
-use crate::stages::estimation::{self, NextTouch, TouchDecision};
-use crate::stages::interaction;
+use crate::stages::estimation::{self, ArcTouch, NextTouch, TouchDecision, arc_touches};
 use crate::stages::shape::{self, Shapes};
+use crate::stages::{articulation, interaction, relations};
 use crate::twin::Model;
 
 /// Most touches that the rig may refuse before it is asked no more.
 const REFUSALS: usize = 40;
+
+/// Least worth of a touch that should decide an arc of the graph, bits.
+const LEAST: f64 = 0.15;
 
 /// Touches until mass, friction and centre of mass are known as wanted, or no touch tells more; returns why no more.
 pub(super) fn touch_all(
@@ -67,6 +70,7 @@ pub(super) fn touch_all(
         }
         steps.push(step);
     };
+    decide_arcs(rig, said, options, (capture, steps), &shapes, &mut now, progress)?;
     for choice in planner.checks(&model, &now) {
         if full(capture) || refusals > REFUSALS {
             break;
@@ -85,6 +89,54 @@ pub(super) fn touch_all(
         steps.push(step);
     }
     Ok(std::iter::once(reason).chain(never).collect::<Vec<_>>().join("; "))
+}
+
+/// Touches that decide what bears on what, where the touches for matter did not by the way. What has been moved and not
+/// put back is left alone: the arcs are those of the first view.
+fn decide_arcs(
+    rig: &mut dyn Rig,
+    said: &RigDescription,
+    options: &ExploreOptions,
+    (capture, steps): Gathered,
+    shapes: &Shapes,
+    now: &mut BTreeMap<String, Pose>,
+    progress: &Progress,
+) -> Result<()> {
+    let mut tried: Vec<String> = Vec::new();
+    while capture.views.len() + capture.interactions.len() < options.budget {
+        let stays = |t: &ArcTouch| !now.contains_key(&t.arc.0) && !now.contains_key(&t.arc.1);
+        let fresh = |t: &ArcTouch| t.bits >= LEAST && !tried.contains(&t.touch.name) && stays(t);
+        let open = arc_touches(&graph(capture, shapes)?, &said.noise, &said.touches);
+        let Some(choice) = open.into_iter().find(fresh) else {
+            break;
+        };
+        tried.push(choice.touch.name.clone());
+        let mut step = Step::touch(&choice.touch, &choice.why, choice.bits);
+        match rig.touch(&choice.touch)? {
+            Answer::Done(interaction) => {
+                if !said.restores {
+                    moved(&interaction, now);
+                }
+                capture.interactions.push(interaction);
+                progress.advance();
+            }
+            Answer::Refused(why) => step.refused = Some(why),
+        }
+        steps.push(step);
+    }
+    Ok(())
+}
+
+/// The twin as far as joints and relations go, from what was gathered so far.
+fn graph(capture: &Capture, shapes: &Shapes) -> Result<Model> {
+    let quiet = &mut Notices::default();
+    let options = Options::default();
+    let mut model = assemble::model(capture, shapes.clone(), &options);
+    let segmented = interaction::segment(capture, &model, &options.interaction, quiet)?;
+    let found = articulation::infer(capture, &segmented, &model, &options.articulation, quiet)?;
+    assemble::join(&mut model, found);
+    model.twin.relations = relations::relate(capture, &segmented, &model, &options.relations, quiet)?;
+    Ok(model)
 }
 
 /// The twin as far as matter goes, from what was gathered so far.

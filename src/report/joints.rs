@@ -64,7 +64,7 @@ fn joint(joint: &Joint) -> String {
     };
     format!(
         "<article class=\"card\">\n<h3>{} <small>{} → {}</small></h3>\n\
-         <p class=\"shape\"><strong>{}</strong>, probability {}: {}.{travelled}{ends}</p>\n{}{rows}</article>\n",
+         <p class=\"shape\"><strong>{}</strong>, probability {}: {}.{travelled}{ends}</p>\n{}{rows}{}</article>\n",
         escape(&joint.name),
         escape(&joint.parent),
         escape(&joint.child),
@@ -72,6 +72,7 @@ fn joint(joint: &Joint) -> String {
         percent(joint.probability),
         kind_words(joint.kind),
         odds(joint),
+        effort(joint),
     )
 }
 
@@ -115,5 +116,31 @@ fn rows(joint: &Joint) -> String {
             out.push_str(&scalar(name, e));
         }
     }
+    if let Some(latch) = joint.effort.as_ref().and_then(|e| e.latch.as_ref()) {
+        out.push_str(&scalar("Latch, over the way after it", &latch.excess));
+        out.push_str(&scalar("The same at the hand", &latch.force));
+        out.push_str(&scalar("Level after the latch", &latch.level));
+        out.push_str(&scalar("The latch has given way at", &latch.until));
+    }
     out
+}
+
+/// What it took to move the joint, stretch by stretch.
+fn effort(joint: &Joint) -> String {
+    let Some(effort) = &joint.effort else {
+        return String::new();
+    };
+    let unit = if joint.kind == JointKind::Prismatic { "m" } else { "rad" };
+    let rows: String = effort
+        .by_position
+        .iter()
+        .map(|e| scalar(&range(e.position, unit), &e.force))
+        .collect();
+    let rows = table(
+        &format!("{}, force by position", joint.name),
+        "estimates",
+        &COLUMNS,
+        &rows,
+    );
+    format!("<details><summary>Force at the hand by position</summary>\n{rows}</details>\n")
 }

@@ -93,4 +93,41 @@ pub struct Joint {
     /// Position at which the spring is slack, rad or m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<Estimate>,
+    /// What it took to move it, by position.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effort: Option<JointEffort>,
+}
+
+/// What it took to move a joint the way it was moved, by position: friction, weight, springs and latches together.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct JointEffort {
+    /// Stretch by stretch, in the order of travel.
+    pub by_position: Vec<EffortAt>,
+    /// What held it at first, beyond what the way after that took.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latch: Option<Latch>,
+}
+
+/// Mean load over a stretch of a joint's travel.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct EffortAt {
+    /// The stretch, rad or m.
+    pub position: [f64; 2],
+    /// N·m or N.
+    pub load: Estimate,
+    /// The same at the hand, across its arm about the axis, N.
+    pub force: Estimate,
+}
+
+/// A latch, a magnet or a sticking seal: what was needed to start, over what the way took after it gave way.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Latch {
+    /// The peak over the level after it, N·m or N.
+    pub excess: Estimate,
+    /// The same at the hand, N.
+    pub force: Estimate,
+    /// The level after it, N·m or N.
+    pub level: Estimate,
+    /// Where it has given way, rad or m.
+    pub until: Estimate,
 }

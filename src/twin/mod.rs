@@ -13,6 +13,7 @@ mod sanity;
 mod score;
 mod score_rows;
 mod score_table;
+mod state;
 mod symmetry;
 mod truth;
 
@@ -20,9 +21,10 @@ pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, S
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, texture_path, write_twin};
-pub use joint::{Joint, JointAlternative, JointKind};
+pub use joint::{EffortAt, Joint, JointAlternative, JointEffort, JointKind, Latch};
 pub use model::{FORMAT, Model, Provenance, SCENE_MESH, SupportPlane, TrackFromImages, Twin};
 pub use relation::{Relation, RelationKind, SUPPORT};
 pub use score::{CauseScore, Score, ScoreRow, Summary, Tally, score};
+pub use state::{ArcState, BodyState, LinkState};
 pub use symmetry::{Symmetry, SymmetryAxis, SymmetryCenter, SymmetryPlane};
 pub use truth::{TrueBody, TrueJoint, TruePlane, TrueRelation, Truth};

@@ -265,6 +265,7 @@ mod tests {
             damping: None,
             stiffness: None,
             rest: None,
+            effort: None,
         };
         let body = Body {
             name: "base".into(),

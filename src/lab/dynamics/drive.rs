@@ -100,10 +100,12 @@ impl Moves {
 pub(crate) enum Course {
     /// Straight on.
     Line { direction: Vector3<f64> },
-    /// About an axis; travel is measured along the arc, and `turning` takes the tool's axes along.
+    /// About an axis; travel is measured along the arc, and `turning` takes the tool's axes along. With a `pitch`
+    /// (m/rad) it climbs along the axis.
     Arc {
         centre: Vector3<f64>,
         axis: Vector3<f64>,
+        pitch: f64,
         turning: bool,
     },
 }
@@ -133,15 +135,20 @@ impl Drive {
                 frame.velocity = direction * rate;
                 frame
             }
-            Course::Arc { centre, axis, turning } => {
+            Course::Arc {
+                centre,
+                axis,
+                pitch,
+                turning,
+            } => {
                 let arm = self.origin - centre;
                 let radius = (arm - axis * axis.dot(&arm)).norm().max(1e-6);
                 let turn = UnitQuaternion::from_scaled_axis(axis * (travel / radius));
                 let arm = turn * arm;
                 let rotation = if *turning { turn * self.rotation } else { self.rotation };
-                let mut frame = Frame::at(centre + arm, rotation);
+                let mut frame = Frame::at(centre + arm + axis * (pitch * travel / radius), rotation);
                 let spin = axis * (rate / radius);
-                frame.velocity = spin.cross(&arm);
+                frame.velocity = spin.cross(&arm) + spin * *pitch;
                 if *turning {
                     frame.angular_velocity = spin;
                 }

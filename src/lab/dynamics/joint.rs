@@ -1,4 +1,4 @@
-//! Revolute and prismatic joints: stiff springs on what is constrained, Coulomb and viscous friction on what is free.
+//! Revolute, screw and prismatic joints: stiff springs on what is constrained, Coulomb and viscous friction on what is free.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -21,6 +21,8 @@ pub(crate) struct Joint {
     pub a: usize,
     pub b: usize,
     revolute: bool,
+    /// m/rad, 0 but for a screw.
+    pitch: f64,
     anchor_a: Vector3<f64>,
     anchor_b: Vector3<f64>,
     axis_a: Vector3<f64>,
@@ -48,7 +50,7 @@ impl Joint {
     pub fn new(spec: &JointSpec, axis: Vector3<f64>, (a, b): (usize, usize), bodies: &[RigidBody]) -> Self {
         let (body_a, body_b) = (&bodies[a], &bodies[b]);
         let origin = Vector3::from(spec.origin);
-        let revolute = spec.kind == JointSpecKind::Revolute;
+        let revolute = spec.kind != JointSpecKind::Prismatic;
         let anchor = if revolute { origin } else { body_b.frame.position };
         let point_compliance = body_a.compliance_at(&anchor) + body_b.compliance_at(&anchor);
         let turn_compliance = body_a.angular_compliance() + body_b.angular_compliance();
@@ -66,6 +68,7 @@ impl Joint {
             a,
             b,
             revolute,
+            pitch: spec.pitch,
             anchor_a: body_a.frame.local(&anchor),
             anchor_b: body_b.frame.local(&anchor),
             axis_a: body_a.frame.matrix.tr_mul(&axis),
@@ -108,7 +111,6 @@ impl Joint {
         let axis = a.matrix * self.axis_a;
         let mut wrench = Wrench::zero();
         let relative = b.velocity_at(&at) - a.velocity_at(&at);
-        wrench.push(&at, (at - at_a) * -self.linear.0 - relative * self.linear.1);
         let turning = b.angular_velocity - a.angular_velocity;
         let rate = turning.dot(&axis);
         let lean = axis.cross(&(b.matrix * self.axis_b));
@@ -117,6 +119,12 @@ impl Joint {
         let angle = axis.dot(&side_a.cross(&side_b)).atan2(side_a.dot(&side_b));
         let turns = ((self.position - angle) / std::f64::consts::TAU).round();
         self.position = angle + turns * std::f64::consts::TAU;
+        // Of a screw the place along the axis follows the angle; the thread turns axial force into torque (virtual work).
+        let offset = at - at_a - axis * (self.pitch * self.position);
+        let slipping = relative - axis * (self.pitch * rate);
+        let held = offset * -self.linear.0 - slipping * self.linear.1;
+        wrench.push(&at, held);
+        wrench.moment -= axis * (self.pitch * held.dot(&axis));
         wrench.moment += axis * self.effort(rate, dt);
         wrench
     }

@@ -244,12 +244,17 @@ fn along_joint(
 ) -> Course {
     let centre = Vector3::from(joint.origin);
     let way = match joint.kind {
-        JointSpecKind::Revolute => axis.cross(&(at - centre)),
+        JointSpecKind::Revolute | JointSpecKind::Screw => axis.cross(&(at - centre)),
         JointSpecKind::Prismatic => axis,
     };
     let axis = if way.dot(&direction) < 0.0 { -axis } else { axis };
     match joint.kind {
-        JointSpecKind::Revolute => Course::Arc { centre, axis, turning },
+        JointSpecKind::Revolute | JointSpecKind::Screw => Course::Arc {
+            centre,
+            axis,
+            pitch: joint.pitch,
+            turning,
+        },
         JointSpecKind::Prismatic => Course::Line { direction: axis },
     }
 }

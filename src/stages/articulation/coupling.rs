@@ -98,7 +98,61 @@ pub fn coupling(capture: &Capture, pair: &Pair, fit: &Fit, placement: &Placement
     if placement.off_table() && !placement.stacked() {
         found.add(&pair.runs[0].name, "it stands on nothing and keeps to its path");
     }
+    for (k, run) in pair.runs.iter().enumerate() {
+        if run.kind == Kind::Pull && run.target.as_deref() == Some(&pair.child) && pair.moved(k) {
+            if !glides(run, pair, fit, placement) {
+                found.add(
+                    &run.name,
+                    "it was pulled along a path on which nothing beneath could have carried it",
+                );
+            } else if guided(pair, k, fit, placement) {
+                found.add(
+                    &run.name,
+                    "it kept to its path to and fro although the tool let it swing",
+                );
+            }
+        }
+    }
     found
+}
+
+/// True where the motion could be gliding on what lies beneath: a turn about the vertical, a shift along the level.
+fn glides(run: &Interaction, pair: &Pair, fit: &Fit, placement: &Placement) -> bool {
+    let turn = run.tracks[pair.parent.as_str()].rotation.iter().flatten().next();
+    let axis = fit.manifold.axis.into_inner();
+    let lean = turn.map_or(axis, |q| q * axis).dot(&placement.up).abs();
+    match fit.manifold.kind {
+        JointKind::Revolute => lean > 0.98,
+        JointKind::Prismatic => lean < 0.17,
+        JointKind::Screw => fit.manifold.pitch.abs() < 5e-4 && lean > 0.98,
+        _ => true,
+    }
+}
+
+/// True where a tool that lets the child swing took it out and back, held off its middle, and it kept to the path: what
+/// is merely dragged trails behind the pivot and folds on the way back (Mason 1986).
+fn guided(pair: &Pair, k: usize, fit: &Fit, placement: &Placement) -> bool {
+    let run = pair.runs[k];
+    let (Some(tool), Some(path)) = (&run.tool, &run.tool_path) else {
+        return false;
+    };
+    let Some(first) = path.position.first() else {
+        return false;
+    };
+    let off = first.coords - placement.child_centre;
+    let level = off - placement.up * placement.up.dot(&off);
+    let positions: Vec<f64> = pair
+        .samples
+        .iter()
+        .zip(&fit.projections)
+        .filter(|(s, _)| s.run == k)
+        .map(|(_, p)| p.z[0])
+        .collect();
+    let (Some(start), Some(end)) = (positions.first(), positions.last()) else {
+        return false;
+    };
+    let far = positions.iter().map(|q| (q - start).abs()).fold(0.0, f64::max);
+    tool.pin && level.norm() > 0.1 * placement.size && (end - start).abs() < 0.5 * far
 }
 
 /// Displacement from the first rows of a track to its farthest, averaged over blocks, where it is beyond noise.

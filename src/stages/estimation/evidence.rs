@@ -14,6 +14,8 @@ pub(super) struct MotionState {
     pub velocity: Vector3<f64>,
     /// rad/s.
     pub spin: Vector3<f64>,
+    /// rad/s².
+    pub spin_rate: Vector3<f64>,
     /// Of the link's origin, m/s².
     pub acceleration: Vector3<f64>,
     /// Standard deviation of the velocity per axis for unit position noise, 1/s.
@@ -38,7 +40,8 @@ pub(super) fn motion_at(stream: &PoseStream, t: f64, half: f64) -> Option<Motion
         .min_by_key(|i| i.abs_diff(near))
         .and_then(|i| stream.rotation[i])
         .or_else(|| stream.rotation[near]);
-    let (rotation, spin) = match reference {
+    let still = Vector3::zeros();
+    let (rotation, spin, spin_rate) = match reference {
         Some(q0) => {
             let vector =
                 |i: usize, k: usize| stream.rotation[i].map_or(f64::NAN, |q| (q * q0.inverse()).scaled_axis()[k]);
@@ -47,16 +50,18 @@ pub(super) fn motion_at(stream: &PoseStream, t: f64, half: f64) -> Option<Motion
                 [Some(x), Some(y), Some(z)] => (
                     UnitQuaternion::from_scaled_axis(Vector3::new(x.value, y.value, z.value)) * q0,
                     Vector3::new(x.velocity, y.velocity, z.velocity),
+                    Vector3::new(x.acceleration, y.acceleration, z.acceleration),
                 ),
-                _ => (q0, Vector3::zeros()),
+                _ => (q0, still, still),
             }
         }
-        None => (UnitQuaternion::identity(), Vector3::zeros()),
+        None => (UnitQuaternion::identity(), still, still),
     };
     Some(MotionState {
         pose: Isometry3::from_parts(Point3::new(p[0].value, p[1].value, p[2].value).coords.into(), rotation),
         velocity: Vector3::new(p[0].velocity, p[1].velocity, p[2].velocity),
         spin,
+        spin_rate,
         acceleration: Vector3::new(p[0].acceleration, p[1].acceleration, p[2].acceleration),
         velocity_gain: p[0].gain[1],
     })

@@ -1,29 +1,23 @@
 //! Friction, damping and spring of joints from the load that the tool puts on the child.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 
 use super::Config;
 use super::drag::{Drag, less_drag, parted_friction, table_drag};
 use super::drive::{Drive, drive_of};
 use super::facts::{Ground, subject};
-use super::joint_load::{JointAtWork, JointLoad, Span};
+use super::joint_effort::{Units, effort_of};
+use super::joint_law::{Setting, Trial, law_of};
+use super::joint_load::{JointAtWork, JointLoad, Span, joint_loads};
+use super::joint_matter::Carried;
 use super::parting::{Parted, part};
 use super::push::steadiness;
 use super::resolve::STAGE;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
-use crate::math::{LinearFit, effective_samples, quantile, robust_linear};
-use crate::twin::{Joint, JointKind, Model};
+use crate::twin::{Joint, JointEffort, JointKind, Model};
 
-/// The blocks of one interaction, loads rid of inertia and weight where those are known.
-struct Trial {
-    interaction: String,
-    loads: Vec<JointLoad>,
-    /// Relative standard deviation of the force's jerking.
-    chatter: f64,
-}
-
-/// Writes friction, damping and spring of every revolute and prismatic joint of the twin.
+/// Writes friction, damping and spring of every joint of one freedom of the twin.
 pub(super) fn joint_dynamics(
     capture: &Capture,
     segmented: &[Segmented],
@@ -34,24 +28,39 @@ pub(super) fn joint_dynamics(
 ) {
     let joints: Vec<Joint> = model.twin.joints().cloned().collect();
     for joint in joints {
-        if !matches!(joint.kind, JointKind::Revolute | JointKind::Prismatic) {
+        if !matches!(
+            joint.kind,
+            JointKind::Revolute | JointKind::Prismatic | JointKind::Screw
+        ) {
             continue;
         }
+        let effort = joint_effort(capture, segmented, &joint, model);
         let trials: Vec<Trial> = capture
             .fitted()
             .filter_map(|i| {
                 let cut = segmented.iter().find(|s| s.interaction == i.name)?;
                 trial_of(i, cut, &joint, model, ground, config)
             })
+            .filter_map(|t| beyond_latch(t, effort.as_ref()))
             .collect();
+        write_effort(&joint, &effort, model);
         if trials.is_empty() {
             continue;
         }
         let drag = table_drag(&joint, model, ground);
         let parted = part(capture, segmented, &joint, model, ground, config);
-        let mut found = conclude(&trials, drag, parted, &joint, notices);
+        let carried = Carried::of(&joint, model, &ground.gravity, config);
+        let setting = Setting {
+            turning: joint.kind != JointKind::Prismatic,
+            tipped: tipped(&joint, &ground.gravity),
+            carried: carried.as_ref(),
+            geometry: geometry(&joint, &trials),
+            scatter: config.friction_scatter,
+        };
+        let mut found = conclude(&trials, &setting, (drag, parted), &joint, notices);
         if let Some(driven) = drive_of(capture, segmented, &joint, model) {
             write_drive(&driven, &joint, model, &mut found, config.model_form, notices);
+            found.rest = None;
         }
         for body in &mut model.twin.bodies {
             for target in body
@@ -59,11 +68,52 @@ pub(super) fn joint_dynamics(
                 .iter_mut()
                 .filter(|j| j.name == joint.name && j.child == joint.child)
             {
-                (target.friction, target.damping, target.stiffness) = found.clone();
+                (target.friction, target.damping) = (found.friction.clone(), found.damping.clone());
+                (target.stiffness, target.rest) = (found.stiffness.clone(), found.rest.clone());
             }
         }
     }
 }
+
+/// What it took to move a joint of which only the path of the hand is known, from the pull that went farthest.
+fn joint_effort(capture: &Capture, segmented: &[Segmented], joint: &Joint, model: &Model) -> Option<JointEffort> {
+    let units = Units {
+        load: if joint.kind == JointKind::Prismatic {
+            "N"
+        } else {
+            "N·m"
+        },
+        position: if joint.kind == JointKind::Prismatic { "m" } else { "rad" },
+    };
+    let by_hand = |i: &&Interaction| !i.tracks.contains_key(&joint.child);
+    let pulls = capture.fitted().filter(by_hand).filter_map(|i| {
+        let cut = segmented.iter().find(|s| s.interaction == i.name)?;
+        let loads = joint_loads(i, cut, joint, model, EFFORT)?;
+        let far = loads.iter().map(|l| l.position.abs()).fold(0.0, f64::max);
+        Some((far, i, loads))
+    });
+    let (_, interaction, loads) = pulls.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    effort_of(&loads, &interaction.name, &units)
+}
+
+fn write_effort(joint: &Joint, effort: &Option<JointEffort>, model: &mut Model) {
+    let joints = model.twin.bodies.iter_mut().flat_map(|b| &mut b.joints);
+    for target in joints.filter(|j| j.name == joint.name && j.child == joint.child) {
+        target.effort.clone_from(effort);
+    }
+}
+
+/// The loads that no latch holds: friction is that of the way after it.
+fn beyond_latch(mut trial: Trial, effort: Option<&JointEffort>) -> Option<Trial> {
+    if let Some(latch) = effort.and_then(|e| e.latch.as_ref()) {
+        let until = latch.until.value + latch.until.sd.unwrap_or(0.0);
+        trial.loads.retain(|l| l.position.abs() > until);
+    }
+    (trial.loads.len() >= 4).then_some(trial)
+}
+
+/// Block and half span of velocities, s, and how far the parent may move, m, of what goes into the effort.
+const EFFORT: [f64; 3] = [0.1, 0.3, 1e-3];
 
 /// A slide whose inertia shows: mass of the child, friction and damping of the joint.
 fn write_drive(
@@ -79,8 +129,8 @@ fn write_drive(
         let (sd, half) = (v[1].hypot(form * v[0]), v[2].hypot(1.96 * form * v[0]));
         Estimate::measured(v[0], sd, unit, driven.from.clone(), "joint-drive").with_interval([v[0] - half, v[0] + half])
     };
-    found.0 = Some(estimate(driven.friction, "N"));
-    found.1 = Some(estimate(driven.damping, "N·s/m"));
+    found.friction = Some(estimate(driven.friction, "N"));
+    found.damping = Some(estimate(driven.damping, "N·s/m"));
     if let Some(link) = model.twin.link_mut(&joint.child) {
         link.mass = Some(estimate(driven.mass, "kg"));
     }
@@ -94,24 +144,63 @@ fn write_drive(
     }
 }
 
-type Dynamics = (Option<Estimate>, Option<Estimate>, Option<Estimate>);
+/// What the loads of a joint said.
+#[derive(Clone, Default)]
+struct Dynamics {
+    friction: Option<Estimate>,
+    damping: Option<Estimate>,
+    stiffness: Option<Estimate>,
+    rest: Option<Estimate>,
+}
+
+/// True where the weight of what hangs on the joint loads it.
+fn tipped(joint: &Joint, gravity: &Vector3<f64>) -> bool {
+    let (axis, down) = (
+        Vector3::from(joint.axis.value),
+        gravity.try_normalize(1e-9).unwrap_or_default(),
+    );
+    let lean = if joint.kind == JointKind::Revolute {
+        axis.cross(&down).norm()
+    } else {
+        axis.dot(&down).abs().max(if joint.kind == JointKind::Screw {
+            axis.cross(&down).norm()
+        } else {
+            0.0
+        })
+    };
+    lean > UPRIGHT
+}
+
+/// Sine of an axis' lean from the vertical that still counts as upright.
+const UPRIGHT: f64 = 0.035;
+
+/// Share by which the place of the axis puts the load in doubt: its standard deviation over the arm.
+fn geometry(joint: &Joint, trials: &[Trial]) -> f64 {
+    let (Some(sd), false) = (joint.origin.sd, joint.kind == JointKind::Prismatic) else {
+        return 0.0;
+    };
+    let axis = joint.axis.value;
+    // Where along its axis a hinge sits is not known, and does not matter.
+    let across = (0..3).map(|i| sd[i] * (1.0 - axis[i].abs())).fold(0.0, f64::max);
+    let levers: Vec<f64> = trials.iter().flat_map(|t| t.loads.iter().map(|l| l.lever)).collect();
+    crate::math::median(&levers).map_or(0.0, |lever| across / lever.max(1e-6))
+}
 
 fn conclude(
     trials: &[Trial],
-    drag: Option<Drag>,
-    parted: Option<Parted>,
+    setting: &Setting,
+    (drag, parted): (Option<Drag>, Option<Parted>),
     joint: &Joint,
     notices: &mut Notices,
 ) -> Dynamics {
     let from: Vec<String> = trials.iter().map(|t| t.interaction.clone()).collect();
-    let revolute = joint.kind == JointKind::Revolute;
-    let units = if revolute {
-        ["N·m", "N·m·s/rad", "N·m/rad"]
+    let units = if joint.kind == JointKind::Prismatic {
+        ["N", "N·s/m", "N/m", "m"]
     } else {
-        ["N", "N·s/m", "N/m"]
+        ["N·m", "N·m·s/rad", "N·m/rad", "rad"]
     };
-    let Some(law) = law_of(trials, revolute) else {
-        return (None, None, None);
+    let Some(law) = law_of(trials, setting) else {
+        return Dynamics::default();
     };
     let estimate =
         |(value, sd): (f64, f64), unit: &str| Estimate::measured(value, sd, unit, from.clone(), "joint-load");
@@ -141,11 +230,12 @@ fn conclude(
     } else if let Some(drag) = drag {
         friction = less_drag(&friction, &drag, joint, units[0], notices);
     }
-    (
-        Some(friction),
-        law.damping.map(|d| estimate(d, units[1])),
-        law.spring.map(|s| estimate(s, units[2])),
-    )
+    Dynamics {
+        friction: Some(friction),
+        damping: law.damping.map(|d| estimate(d, units[1])),
+        stiffness: law.spring.map(|s| estimate(s, units[2])),
+        rest: law.rest.map(|r| estimate(r, units[3])),
+    }
 }
 
 /// The drag that a load must reach for the child to bear on the support, N or N·m: of a slide, which mostly rides in
@@ -156,84 +246,6 @@ fn free_of(drag: &Drag, kind: JointKind) -> f64 {
     } else {
         drag.least
     }
-}
-
-/// `load = friction sign(speed) + damping speed + spring (position - rest)` with what the motion excites.
-struct Law {
-    friction: (f64, f64),
-    damping: Option<(f64, f64)>,
-    spring: Option<(f64, f64)>,
-    /// The speed, where there was but one.
-    one_speed: Option<f64>,
-}
-
-fn fit_law(trials: &[&Trial], damping: bool, spring: bool) -> Option<LinearFit> {
-    let loads: Vec<JointLoad> = trials.iter().flat_map(|t| t.loads.iter().copied()).collect();
-    let columns = 1 + usize::from(damping) + usize::from(spring);
-    let a = DMatrix::from_fn(loads.len(), columns, |i, j| match (j, damping) {
-        (0, _) => loads[i].speed.signum(),
-        (1, true) => loads[i].speed,
-        _ => loads[i].position,
-    });
-    let b = DVector::from_iterator(loads.len(), loads.iter().map(|l| l.load));
-    let mut fit = robust_linear(&a, &b)?;
-    let memory = loads.len() as f64 / effective_samples(fit.residuals.as_slice());
-    fit.covariance *= memory.max(1.0);
-    Some(fit)
-}
-
-/// Standard deviation of component `k` by leaving out one trial at a time; blocks of one trial share its errors.
-fn jackknife(trials: &[Trial], whole: &LinearFit, k: usize, damping: bool, spring: bool) -> f64 {
-    let n = trials.len() as f64;
-    let spread: f64 = (0..trials.len())
-        .filter_map(|out| {
-            let rest: Vec<&Trial> = (0..trials.len()).filter(|i| *i != out).map(|i| &trials[i]).collect();
-            let fit = fit_law(&rest, damping, spring)?;
-            Some((fit.x[k] - whole.x[k]).powi(2))
-        })
-        .sum();
-    let scatter = ((n - 1.0) / n * spread).sqrt();
-    // One trial shows no scatter: 3 % stands in for it.
-    whole
-        .sd(k)
-        .hypot(scatter)
-        .hypot(0.03 / n.sqrt() * whole.x[0].abs() / if k == 0 { 1.0 } else { f64::INFINITY })
-}
-
-fn law_of(trials: &[Trial], revolute: bool) -> Option<Law> {
-    let all: Vec<&Trial> = trials.iter().collect();
-    let loads = || trials.iter().flat_map(|t| t.loads.iter());
-    let range = |pick: fn(&JointLoad) -> f64| {
-        loads()
-            .map(pick)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
-    };
-    // Noise in the velocities is no variety: the bulk of the blocks must differ.
-    let speeds: Vec<f64> = loads().map(|l| l.speed.abs()).collect();
-    let (slow, fast) = (quantile(&speeds, 0.1)?, quantile(&speeds, 0.9)?);
-    let (start, end) = range(|l| l.position);
-    let clear = |damping: bool, spring: bool, k: usize| {
-        fit_law(&all, damping, spring).is_some_and(|f| f.x[k] > 4.0 * jackknife(trials, &f, k, damping, spring))
-    };
-    let varied = fast > 1.6 * slow;
-    let damping = varied && clear(true, false, 1);
-    let spring = end - start > if revolute { 0.3 } else { 0.05 } && clear(damping, true, 1 + usize::from(damping));
-    let fit = fit_law(&all, damping, spring)?;
-    let read = |k: usize| (fit.x[k], jackknife(trials, &fit, k, damping, spring));
-    let mut friction = read(0);
-    if varied && !damping {
-        // Damping may hide below what was seen: its doubt is that of friction too.
-        let both = fit_law(&all, true, false)?;
-        friction.1 = friction.1.hypot(both.sd(0)).hypot(0.5 * (both.x[0] - friction.0));
-    }
-    let chatter = trials.iter().map(|t| t.chatter).sum::<f64>() / trials.len() as f64;
-    friction.1 = friction.1.hypot(0.25 * chatter * friction.0);
-    (friction.0 > 0.0).then(|| Law {
-        friction,
-        damping: damping.then(|| read(1)),
-        spring: spring.then(|| read(1 + usize::from(damping))),
-        one_speed: (!varied).then_some(0.5 * (slow + fast)),
-    })
 }
 
 fn loads(
@@ -281,23 +293,15 @@ fn trial_of(
     }
     let mut loads = loads(interaction, cut, joint, model, ground, config)?;
     let fastest = loads.iter().map(|l| l.speed.abs()).fold(0.0, f64::max);
-    let least = if joint.kind == JointKind::Revolute { 0.02 } else { 2e-3 };
+    let least = if joint.kind == JointKind::Prismatic { 2e-3 } else { 0.02 };
+    // A joint that went far moved, however slowly.
+    let [low, high] = loads.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| {
+        [l.min(x.position), h.max(x.position)]
+    });
+    let least = if high - low > 15.0 * least { 0.0 } else { least };
     loads.retain(|l| l.speed.abs() > (0.2 * fastest).max(least));
     if loads.len() < 4 {
         return None;
-    }
-    // Inertia along a prismatic freedom is the child's mass where it was measured.
-    let mass = model
-        .twin
-        .links()
-        .find(|(_, l)| l.name == joint.child)
-        .and_then(|(_, l)| l.mass.as_ref());
-    let mass = mass.filter(|m| m.status != Status::Assumed).map_or(0.0, |m| m.value);
-    let weight = mass * ground.gravity.dot(&Vector3::from(joint.axis.value));
-    if joint.kind == JointKind::Prismatic {
-        for load in &mut loads {
-            load.load += weight - mass * load.acceleration;
-        }
     }
     let slide = cut.of(PhaseKind::Slide).next()?;
     let (_, chatter) = steadiness(

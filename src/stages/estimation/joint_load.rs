@@ -1,9 +1,10 @@
-//! The load of the tool along the freedom of a joint, beside how the joint moves.
+//! The load of the tool along the freedom of a joint, beside how the joint moves. Where nobody tracked the child but the
+//! tool holds it, the path of the tool is its motion: on a known hinge or rail a position alone fixes the joint.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
-use crate::capture::{Interaction, PoseStream, Segmented};
+use crate::capture::{Interaction, PoseStream, Segmented, path_of};
 use crate::math::quantile;
 use crate::twin::{Joint, JointKind, Link, Model};
 
@@ -22,7 +23,8 @@ pub struct JointLoad {
     pub speed: f64,
     /// Standard deviation of the speed for unit noise of the track, 1/s.
     pub speed_gain: f64,
-    /// rad/s² or m/s², absolute acceleration of the child along the freedom; 0 for a hinge.
+    /// rad/s² or m/s², acceleration of the child along the freedom: of a slide the absolute one, of a hinge that
+    /// against the parent.
     pub acceleration: f64,
 }
 
@@ -33,6 +35,10 @@ pub(super) struct JointAtWork<'a> {
     child: &'a Link,
     parent: Option<&'a Link>,
     tare: Tare,
+    /// Path of the point that is held, where the child itself was not tracked.
+    hand: Option<&'a PoseStream>,
+    /// Where that point is at the joint's position 0.
+    held: Point3<f64>,
 }
 
 /// Span over which a block is averaged, and half the span of the parabola that gives velocities, s.
@@ -43,20 +49,71 @@ pub(super) struct Span {
 }
 
 impl<'a> JointAtWork<'a> {
-    /// `None` where the child is not known or not tracked.
+    /// `None` where the child is not known, or neither tracked nor held.
     pub fn new(interaction: &'a Interaction, cut: &Segmented, joint: &'a Joint, model: &'a Model) -> Option<Self> {
-        interaction.tracks.get(&joint.child)?;
+        let child = model.twin.link(&joint.child)?;
+        let path = path_of(interaction, &joint.child)?;
+        let hand = (!interaction.tracks.contains_key(&joint.child)).then_some(path);
+        // What nobody tracked and nothing carries is placed where it was first held.
+        let first = (0..path.len()).find(|i| path.position[*i].x.is_finite())?;
         Some(Self {
             interaction,
             joint,
-            child: model.twin.link(&joint.child)?,
+            child,
             parent: model.twin.link(&joint.parent),
-            tare: tare_of(interaction, cut),
+            // A hand that holds from the first row on shows no tare.
+            tare: if hand.is_some() {
+                Tare::default()
+            } else {
+                tare_of(interaction, cut)
+            },
+            hand,
+            held: path.position[first],
+        })
+    }
+
+    /// The load of the hand where nothing but its path is known, in the block about `t`.
+    fn at_hand(&self, path: &PoseStream, t: f64, span: Span) -> Option<JointLoad> {
+        let stream = self.interaction.force.as_ref()?;
+        let w = mean_wrench(stream, t - 0.5 * span.block, t + 0.5 * span.block, &self.tare)?;
+        let m = motion_at(path, t, span.half)?;
+        let (axis, origin) = (
+            Vector3::from(self.joint.axis.value),
+            Point3::from(self.joint.origin.value),
+        );
+        let level = |v: Vector3<f64>| v - axis * axis.dot(&v);
+        let shift = m.pose.translation.vector - self.held.coords;
+        if self.joint.kind == JointKind::Prismatic {
+            return Some(JointLoad {
+                time: t,
+                load: w.force.dot(&axis),
+                lever: 1.0,
+                position: shift.dot(&axis),
+                speed: m.velocity.dot(&axis),
+                speed_gain: m.velocity_gain,
+                acceleration: m.acceleration.dot(&axis),
+            });
+        }
+        let (arm, home) = (m.pose.translation.vector - origin.coords, level(self.held - origin));
+        let (out, radius) = (level(arm), level(arm).norm().max(1e-6));
+        let pitch = self.joint.pitch.as_ref().map_or(0.0, |p| p.value);
+        let way = axis.cross(&out);
+        Some(JointLoad {
+            time: t,
+            load: way.dot(&w.force) + pitch * axis.dot(&w.force),
+            lever: radius,
+            position: axis.dot(&home.cross(&out)).atan2(home.dot(&out)),
+            speed: way.dot(&m.velocity) / radius.powi(2),
+            speed_gain: m.velocity_gain / radius,
+            acceleration: way.dot(&m.acceleration) / radius.powi(2),
         })
     }
 
     /// The load in the block about `t`; `None` where force or motion is missing.
     pub fn at(&self, t: f64, span: Span) -> Option<JointLoad> {
+        if let Some(path) = self.hand {
+            return self.at_hand(path, t, span);
+        }
         let (joint, child) = (self.joint, self.child);
         let stream = self.interaction.force.as_ref()?;
         let w = mean_wrench(stream, t - 0.5 * span.block, t + 0.5 * span.block, &self.tare)?;
@@ -68,19 +125,22 @@ impl<'a> JointAtWork<'a> {
         let moved = parent_pose * home.inverse();
         let axis = moved * Vector3::from(joint.axis.value);
         let origin = moved * Point3::from(joint.origin.value);
-        if joint.kind == JointKind::Revolute {
+        if joint.kind != JointKind::Prismatic {
             let turned = (parent_pose.rotation * home.rotation.inverse()).inverse();
             let turn = turned * c.pose.rotation * child.pose.rotation.inverse();
             let tool = self.interaction.tool_path.as_ref().and_then(|p| tool_at(p, t));
             let arm = tool.unwrap_or(Point3::from(c.pose.translation.vector)) - origin;
+            let thread = joint.pitch.as_ref().map_or(0.0, |p| p.value);
+            let parent_turns = track.and_then(|s| motion_at(s, t, span.half)).map(|m| m.spin_rate);
+            let moment = arm.cross(&w.force) + w.torque.unwrap_or_default() + w.force * thread;
             return Some(JointLoad {
                 time: t,
-                load: (arm.cross(&w.force) + w.torque.unwrap_or_default()).dot(&axis),
+                load: moment.dot(&axis),
                 lever: axis.cross(&arm).norm(),
                 position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
                 speed: (c.spin - spin_parent).dot(&axis),
                 speed_gain: c.velocity_gain,
-                acceleration: 0.0,
+                acceleration: (c.spin_rate - parent_turns.unwrap_or_default()).dot(&axis),
             });
         }
         let carried = parent_pose.translation.vector - home.translation.vector;

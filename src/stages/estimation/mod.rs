@@ -18,7 +18,10 @@ mod force_scale;
 mod friction_force;
 mod identify;
 mod joint;
+mod joint_effort;
+mod joint_law;
 mod joint_load;
+mod joint_matter;
 mod lift;
 mod materials;
 mod next_touch;
@@ -43,7 +46,7 @@ pub use force_scale::{ForceScale, calibrate_force};
 pub use identify::identify;
 pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table};
-pub use next_touch::{NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted};
+pub use next_touch::{ArcTouch, NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted, arc_touches};
 pub use replay::{replay_push, travel_direction};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,

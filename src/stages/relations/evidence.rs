@@ -159,10 +159,17 @@ fn breakaway(run: &Interaction, parted: f64, bearing: Bearing, a: &str) -> Optio
             .filter(move |(t, f)| **t >= from && **t <= to && f.x.is_finite())
             .map(|(_, f)| f.norm())
     };
-    let peak = within(parted - 0.6, parted + 0.15).fold(0.0, f64::max);
+    let near: Vec<f64> = within(parted - 0.6, parted + 0.15).collect();
+    let top = (0..near.len()).max_by(|a, b| near[*a].total_cmp(&near[*b]))?;
+    let peak = near[top];
+    // A stiff bond is loaded and gone between two readings: it bore at least the peak, and at most one more step of it.
+    let step = top.checked_sub(1).map_or(0.0, |before| (peak - near[before]).max(0.0));
     let mut after: Vec<f64> = within(parted + 0.3, f64::INFINITY).collect();
     after.sort_by(f64::total_cmp);
     let carried = *after.get(after.len() / 2)?;
     let spread = after[after.len() * 84 / 100] - carried;
-    (peak > 2.0 * carried && peak - carried > 1.0 + 6.0 * spread).then_some((peak - carried, spread.max(0.02 * peak)))
+    (peak > 2.0 * carried && peak - carried > 1.0 + 6.0 * spread).then(|| {
+        let sd = spread.max(0.02 * peak).hypot(step / 12f64.sqrt());
+        (peak - carried + 0.5 * step, sd)
+    })
 }

@@ -78,7 +78,11 @@ fn jointed(joint: &Joint) -> Relation {
         translation_dof,
         probability: joint.probability,
         from: joint.axis.from.clone(),
-        breakaway: None,
+        breakaway: joint
+            .effort
+            .as_ref()
+            .and_then(|e| e.latch.as_ref())
+            .map(|l| l.force.clone()),
     }
 }
 

@@ -151,7 +151,7 @@ mod tests {
         let way = |t: f64| speed * (t - 0.5).clamp(0.0, 1.0);
         let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
         // A surface that was missed, and a ripple in the place of noise.
-        let seen = |t: &f64| 1.02 * way(t - tau) + 1e-4 * (t * 37.0).sin();
+        let seen = |t: &f64| 1.004 * way(t - tau) + 1e-4 * (t * 37.0).sin();
         Trace {
             interaction: name.into(),
             held_out,

@@ -24,11 +24,11 @@ pub struct Anchor {
 
 /// Share of an axis or origin's standard deviation that the noise model leaves out: errors of a tracker that last
 /// longer than one interaction do not average out over its rows.
-const UNDERSTATED: f64 = 1.1;
+const UNDERSTATED: f64 = 1.35;
 /// Floor of an axis' standard deviation, rad: marker and link are aligned no better than that.
-const ALIGNMENT: f64 = 2e-4;
+const ALIGNMENT: f64 = 7e-4;
 /// Floor of an origin's standard deviation, m.
-const PLACEMENT: f64 = 3e-5;
+const PLACEMENT: f64 = 5e-5;
 
 /// The joint that the best candidate describes. `held` is the probability that the two are held at all.
 pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: &Placement, held: f64) -> Joint {

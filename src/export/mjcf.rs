@@ -201,12 +201,14 @@ fn touching(part: &Part, geom: Element) -> Element {
 /// to be four) shows the measured stiffness. In equilibrium a contact's force is `f = k x / ((1 - d) A)` with the
 /// impedance d and `A = 1/m` ("Computation", MuJoCo's documentation: `R = (1 - d)/d A`, `a_ref = -k/d x`), so
 /// one point is given 5/4 of the whole, four are five times it, and both in series the whole. The same holds for
-/// the damping; where none was measured it is critical, and a simulator is spared extremes.
+/// the damping, but that of a contact which rings less than half damped is raised to that: what rests on it would rock
+/// and creep. Where none was measured it is critical.
 fn direct_reference(stiffness: f64, damping: Option<f64>, mass: f64) -> [f64; 2] {
     let share = 1.25 * (1.0 - IMPEDANCE) / mass;
-    let critical = 2.0 * (stiffness * mass).sqrt();
-    let d = damping.map_or(critical, |c| c.clamp(0.1 * critical, 10.0 * critical));
-    [-share * stiffness, -share * d]
+    // The contact obeys a + b v + k x = 0 whatever it carries.
+    let critical = 2.0 * (share * stiffness).sqrt();
+    let b = damping.map_or(critical, |c| (share * c).clamp(0.5 * critical, 10.0 * critical));
+    [-share * stiffness, -b]
 }
 
 fn joints(hold: &Attachment) -> Vec<Element> {

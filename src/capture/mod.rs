@@ -5,6 +5,7 @@
 mod check;
 mod csv_text;
 mod document;
+mod faults;
 mod folder;
 mod frames;
 mod images;
@@ -26,6 +27,7 @@ mod streams;
 mod table;
 mod write;
 
+pub use faults::{SensorFaults, Strays};
 pub use frames::read_frame;
 pub use inspect::inspect;
 pub use inspection::{

@@ -23,7 +23,7 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
         Some(folder) => {
             let (model, _) = read_twin(folder)?;
             let mut notices = Notices::default();
-            let diagnosis = pipeline::diagnose(&capture, &model, &options, &mut notices)?;
+            let diagnosis = pipeline::diagnose(&capture, &model, &options, &mut notices)?.diagnosis;
             output::notices(common, &notices.0);
             diagnosis
         }

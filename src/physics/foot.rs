@@ -21,8 +21,25 @@ pub struct Foot {
     pub mass: Option<f64>,
     /// What it stands on, along the normal, m.
     pub ground: f64,
-    /// What it stands on, plane frame at the start.
-    under: Option<Footprint>,
+    /// What it stands on.
+    under: Option<Under>,
+}
+
+/// A footprint as points with their shares of its area (plane frame at the start, m²), and its mean distance from the
+/// centre of friction, m.
+#[derive(Clone, Debug)]
+struct Under {
+    points: Vec<(Point2<f64>, f64)>,
+    uniform: f64,
+}
+
+impl Under {
+    fn of(print: &Footprint, centre: &Point2<f64>) -> Self {
+        Self {
+            points: print.quadrature(),
+            uniform: print.mean_distance(centre),
+        }
+    }
 }
 
 impl Foot {
@@ -33,10 +50,8 @@ impl Foot {
         let Some(under) = &self.under else {
             return (*centre, self.radius);
         };
-        let points = under.quadrature();
-        let (uniform, at) = (under.mean_distance(&self.centre), press(&points, centre));
-        let (reached, radius) = at;
-        (reached, self.radius * radius / uniform.max(1e-6))
+        let (reached, radius) = press(&under.points, centre);
+        (reached, self.radius * radius / under.uniform.max(1e-6))
     }
 }
 
@@ -107,7 +122,7 @@ pub fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<F
         creep: link.friction.creep_speed.as_ref().map_or(0.0, |v| v.value),
         mass: link.mass.as_ref().map(|m| m.value),
         ground: mesh.map_or(pose.translation.vector.z, |m| lowest(m, pose)),
-        under,
+        under: under.map(|u| Under::of(&u, &centre)),
     })
 }
 
@@ -200,7 +215,7 @@ mod tests {
             creep: 0.0,
             mass: None,
             ground: 0.0,
-            under: Some(under),
+            under: Some(Under::of(&under, &Point2::origin())),
         };
         let (still, radius) = foot.pressed_at(&Point2::origin());
         assert!(

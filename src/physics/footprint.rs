@@ -119,9 +119,10 @@ impl Footprint {
         (area, Point2::from(moment / area))
     }
 
-    /// Points with their shares of the area, m²: 100 to each triangle of the fan about the first corner.
+    /// Points with their shares of the area, m²: some 200, evenly in each triangle of the fan about the first corner.
     pub fn quadrature(&self) -> Vec<(Point2<f64>, f64)> {
-        const STEPS: usize = 10;
+        let fan = self.corners.len().saturating_sub(2).max(1);
+        let steps = ((QUADRATURE_POINTS / fan as f64).sqrt().ceil() as usize).max(2);
         let origin = self.corners[0];
         let mut points = Vec::new();
         for (a, b) in self.edges() {
@@ -129,13 +130,13 @@ impl Footprint {
             if weight <= 0.0 {
                 continue;
             }
-            let cells = (STEPS * STEPS) as f64;
-            let at = |u: f64, v: f64| origin + (a - origin) * (u / STEPS as f64) + (b - origin) * (v / STEPS as f64);
+            let cells = (steps * steps) as f64;
+            let at = |u: f64, v: f64| origin + (a - origin) * (u / steps as f64) + (b - origin) * (v / steps as f64);
             let third = 1.0 / 3.0;
-            for i in 0..STEPS {
-                for j in 0..STEPS - i {
+            for i in 0..steps {
+                for j in 0..steps - i {
                     points.push((at(i as f64 + third, j as f64 + third), weight / cells));
-                    if i + j + 1 < STEPS {
+                    if i + j + 1 < steps {
                         points.push((at(i as f64 + 2.0 * third, j as f64 + 2.0 * third), weight / cells));
                     }
                 }
@@ -162,6 +163,9 @@ impl Footprint {
         sum / area
     }
 }
+
+/// About how many points stand for a footprint.
+const QUADRATURE_POINTS: f64 = 200.0;
 
 const QUADRATURE: [(f64, f64); 12] = [
     (0.25, 0.0),

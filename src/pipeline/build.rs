@@ -34,6 +34,9 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     let scaled = options.estimation.force_scale.as_ref().map(|s| s.applied(capture));
     let capture = scaled.as_ref().unwrap_or(capture);
 
+    let (sifted, faults) = interaction::sift(capture);
+    let capture = sifted.as_ref().unwrap_or(capture);
+
     let symmetries = Symmetries::new(capture, options);
     let mut shapes = shape::Shapes::default();
     let mut followed = None;
@@ -80,13 +83,15 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
             diagnosis: snapshots.diagnosis(),
             ..diagnosis::Diagnosed::skipped()
         },
-        _ => diagnosis::diagnose(capture, &segmented, &model, &options.diagnosis, &mut notices)?,
+        _ => diagnosis::diagnose(capture, &segmented, &model, &faults, &options.diagnosis, &mut notices)?,
     };
     clock.lap("diagnosis");
 
     assemble::share_surfaces(&mut model);
     assemble::record(&mut model, capture, options, &clock.laps, notices);
-    let diagnosis::Diagnosed { mut diagnosis, traces } = diagnosed;
+    let diagnosis::Diagnosed {
+        mut diagnosis, traces, ..
+    } = diagnosed;
     diagnosis.experiments.extend(assemble::open_arcs(capture, &model));
     assemble::lean(&mut model, &diagnosis);
     Ok(Run {

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::compare::pairs;
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
-use crate::math::{correlated_mean, interpolate, mad_sd, median, t_tail, weighted_linear};
+use crate::math::{correlated_mean, interpolate, mad_sd, median, robust_linear, t_tail, weighted_linear};
 use crate::twin::{Evidence, Finding, Gain};
 
 /// Fewest pushes that tell it.
@@ -21,81 +21,193 @@ const CLEAR: f64 = 6.0;
 const WORTH: f64 = 0.3;
 /// By how much a body that yields and springs at the start of a push may seem late, s.
 const START: f64 = 3e-3;
-/// Standard error of a median over that of a mean.
-const MEDIAN: f64 = 1.25;
 /// Span over which a predicted path is differentiated, s.
 const SPAN: f64 = 0.02;
 
-/// The delay of the tracking behind the tool as a finding, from paths along the motion of pushes; nothing where it is not
-/// clear or does not foretell pushes that were not fitted.
+/// One push: its name, when it began (s), its largest speed (m/s) and by how much what is tracked trails the tool (s).
+struct Late {
+    name: String,
+    time: f64,
+    speed: f64,
+    tau: f64,
+}
+
+/// What the pushes say together: `tau + rate (time − first) + coast speed`. A body that slides on after the tool has left
+/// ends farther, and the surface that was found from its end lies too far: it seems late by its speed over `2 mu g`.
+struct Together {
+    tau: (f64, f64),
+    rate: Option<(f64, f64)>,
+    /// Delays without what their speed explains, s, and the median absolute deviation of what is left, as a standard deviation.
+    values: Vec<f64>,
+    rest: f64,
+    first: f64,
+}
+
+impl Together {
+    fn of(each: &[Late], drifts: bool) -> Option<Self> {
+        let low = |of: &dyn Fn(&Late) -> f64| each.iter().map(of).reduce(f64::min);
+        let high = |of: &dyn Fn(&Late) -> f64| each.iter().map(of).reduce(f64::max);
+        let (first, span) = (low(&|e| e.time)?, high(&|e| e.time)? - low(&|e| e.time)?);
+        let coasts = high(&|e| e.speed)? > 1.5 * low(&|e| e.speed)?;
+        let mut columns: Vec<Box<dyn Fn(&Late) -> f64>> = vec![Box::new(|_| 1.0)];
+        if coasts {
+            columns.push(Box::new(|e| e.speed));
+        }
+        if drifts && span > 0.0 {
+            columns.push(Box::new(move |e| (e.time - first) / span));
+        }
+        let a = DMatrix::from_fn(each.len(), columns.len(), |i, k| columns[k](&each[i]));
+        let b = DVector::from_iterator(each.len(), each.iter().map(|e| e.tau));
+        let fit = robust_linear(&a, &b)?;
+        let told = |k: usize| (fit.x[k], fit.sd(k).max(1e-4));
+        let coast = if coasts { fit.x[1] } else { 0.0 };
+        let last = columns.len() - 1;
+        Some(Self {
+            tau: told(0),
+            rate: (drifts && span > 0.0).then(|| (fit.x[last] / span, told(last).1 / span)),
+            values: each.iter().map(|e| e.tau - coast * e.speed).collect(),
+            rest: mad_sd(fit.residuals.as_slice())?,
+            first,
+        })
+    }
+}
+
+/// The delay of the tracking behind the tool as a finding, one and the same or growing with time, from paths along the
+/// motion of pushes; nothing where it is not clear or does not foretell pushes that were not fitted.
 pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
-    let along = |t: &Trace| -> Vec<Curve> {
-        let own = t.curves.iter();
-        own.filter(|c| c.quantity == Quantity::Position && c.label.contains("along the motion"))
-            .cloned()
-            .collect()
-    };
     let (held, fitted): (Vec<&Trace>, Vec<&Trace>) = traces.iter().partition(|t| t.held_out);
     // One delay a push: bodies that are pushed together are seen by the same camera.
-    let of = |t: &&Trace| Some((t.interaction.clone(), along(t).iter().filter_map(delay).next()?));
-    let each: Vec<(String, f64)> = fitted.iter().filter_map(of).collect();
+    let of = |t: &&Trace| {
+        let (curve, (tau, speed)) = along(t).into_iter().find_map(|c| Some((c.clone(), delay(&c)?)))?;
+        let time = *curve.time.first()?;
+        Some(Late {
+            name: t.interaction.clone(),
+            time,
+            speed,
+            tau,
+        })
+    };
+    let each: Vec<Late> = fitted.iter().filter_map(of).collect();
     if each.len() < FEWEST {
         return None;
     }
-    let n = each.len() as f64;
-    let values: Vec<f64> = each.iter().map(|d| d.1).collect();
-    // A push that went another way than foretold says nothing of time: the middle of them counts.
-    let mean = median(&values)?;
-    let scatter = MEDIAN * (mad_sd(&values)? / n.sqrt()).max(1e-4);
-    let against = values.iter().filter(|d| **d * mean < 0.0).count();
+    let judged = if held.is_empty() { &fitted } else { &held };
+    clock_drift(&each, judged, !held.is_empty()).or_else(|| constant(&each, judged, !held.is_empty()))
+}
+
+fn along(trace: &Trace) -> Vec<Curve> {
+    let own = trace.curves.iter();
+    own.filter(|c| c.quantity == Quantity::Position && c.label.contains("along the motion"))
+        .cloned()
+        .collect()
+}
+
+fn constant(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding> {
+    let all = Together::of(each, false)?;
+    let (mean, scatter) = all.tau;
+    // A push that went another way than foretold says nothing of time: most of them count.
+    let against = all.values.iter().filter(|d| **d * mean < 0.0).count();
     if mean.abs() < LEAST || mean.abs() < CLEAR * scatter || 5 * against > each.len() {
         return None;
     }
-    let sd = scatter.hypot(START);
-    let judged = if held.is_empty() { &fitted } else { &held };
-    let curves: Vec<Curve> = judged.iter().flat_map(|t| along(t)).collect();
-    let (before, noise) = error(&curves, 0.0)?;
-    let (after, _) = error(&curves, mean)?;
-    let above = |x: f64| (x * x - noise * noise).max(0.0);
-    let reduction = 1.0 - (above(after) / above(before).max(1e-30)).sqrt();
-    if reduction < WORTH {
+    let side = if mean > 0.0 { "behind" } else { "ahead of" };
+    let told = Told {
+        cause: "time-delay",
+        name: "tau",
+        unit: "s",
+        value: (mean, scatter.hypot(START)),
+        statistic: mean / scatter,
+        words: format!(
+            "what is tracked is {:.0} ms {side} the tool that moves it",
+            1e3 * mean.abs()
+        ),
+    };
+    told.finding(each, gain(judged, sealed, &|_| mean)?)
+}
+
+/// The delay grows with time: the clocks of tool and tracking run apart.
+fn clock_drift(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding> {
+    let all = Together::of(each, true)?;
+    let (rate, sd) = all.rate?;
+    let span = each.iter().map(|e| e.time - all.first).fold(0.0, f64::max);
+    let middle = median(&all.values)?;
+    let before = mad_sd(&all.values.iter().map(|v| v - middle).collect::<Vec<_>>())?;
+    let grown = (rate * span).abs();
+    if each.len() < 2 * FEWEST - 2 || grown < 2.0 * LEAST || rate.abs() < CLEAR * sd || all.rest > 0.4 * before {
         return None;
     }
-    let from: Vec<String> = each.into_iter().map(|d| d.0).collect();
-    let side = if mean > 0.0 { "behind" } else { "ahead of" };
-    Some(Finding {
-        cause: "time-delay".into(),
-        place: "sensor".into(),
-        probability: 0.9,
-        alternatives: Vec::new(),
-        evidence: vec![Evidence {
-            residual: "position along the motion, against speed".into(),
-            test: "median over pushes, Student's t".into(),
-            statistic: mean / scatter,
-            p_value: (2.0 * t_tail((mean / scatter).abs(), n - 1.0)).min(1.0),
-            words: format!(
-                "what is tracked is {:.0} ms {side} the tool that moves it",
-                1e3 * mean.abs()
-            ),
-        }],
-        parameters: BTreeMap::from([(
-            "tau".into(),
-            Estimate::measured(mean, sd, "s", from, "path-against-speed"),
-        )]),
-        gain: Gain {
-            quantity: Quantity::Position.name().into(),
-            rmse_before: before,
-            rmse_after: after,
-            unit: Quantity::Position.unit().into(),
-            held_out: held.iter().map(|t| t.interaction.clone()).collect(),
-            reduction,
-        },
+    let told = Told {
+        cause: "clock-drift",
+        name: "e",
+        unit: "1",
+        value: (rate, sd),
+        statistic: rate / sd,
+        words: format!(
+            "what is tracked falls {:.1} ms a minute behind the tool that moves it",
+            6e4 * rate
+        ),
+    };
+    told.finding(each, gain(judged, sealed, &|t| all.tau.0 + rate * (t - all.first))?)
+}
+
+/// A number that the delays tell.
+struct Told {
+    cause: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    value: (f64, f64),
+    statistic: f64,
+    words: String,
+}
+
+impl Told {
+    fn finding(self, each: &[Late], gain: Gain) -> Option<Finding> {
+        let from: Vec<String> = each.iter().map(|e| e.name.clone()).collect();
+        let degrees = each.len() as f64 - 1.0;
+        let value = Estimate::measured(self.value.0, self.value.1, self.unit, from, "path-against-speed");
+        Some(Finding {
+            cause: self.cause.into(),
+            place: "sensor".into(),
+            probability: 0.9,
+            alternatives: Vec::new(),
+            evidence: vec![Evidence {
+                residual: "position along the motion, against speed".into(),
+                test: "robust regression over pushes, Student's t".into(),
+                statistic: self.statistic,
+                p_value: (2.0 * t_tail(self.statistic.abs(), degrees)).min(1.0),
+                words: self.words,
+            }],
+            parameters: BTreeMap::from([(self.name.into(), value)]),
+            gain,
+        })
+    }
+}
+
+/// What knowing the delay (s, by the time at which a push begins) gains; nothing where that is too little.
+fn gain(judged: &[&Trace], sealed: bool, by: &dyn Fn(f64) -> f64) -> Option<Gain> {
+    let curves: Vec<Curve> = judged.iter().flat_map(|t| along(t)).collect();
+    let moved: Vec<Curve> = curves
+        .iter()
+        .filter_map(|c| Some(late(c, by(*c.time.first()?))))
+        .collect();
+    let (rmse_before, noise) = error(&curves)?;
+    let (rmse_after, _) = error(&moved)?;
+    let above = |x: f64| (x * x - noise * noise).max(0.0);
+    let reduction = 1.0 - (above(rmse_after) / above(rmse_before).max(1e-30)).sqrt();
+    let names = if sealed { judged } else { &[] };
+    (reduction > WORTH).then(|| Gain {
+        quantity: Quantity::Position.name().into(),
+        rmse_before,
+        rmse_after,
+        unit: Quantity::Position.unit().into(),
+        held_out: names.iter().map(|t| t.interaction.clone()).collect(),
+        reduction,
     })
 }
 
-/// Seconds by which one path trails its prediction: regression of what is left on the predicted speed and, for what the
-/// tool missed of the surface, on the way.
-fn delay(curve: &Curve) -> Option<f64> {
+/// Seconds by which one path trails its prediction, and its largest speed, m/s: regression of what is left on the predicted
+/// speed and, for what the tool missed of the surface, on the way.
+fn delay(curve: &Curve) -> Option<(f64, f64)> {
     let speed = |t: f64| {
         let (a, b) = (later(curve, t, -SPAN)?, later(curve, t, SPAN)?);
         Some((a - b) / (2.0 * SPAN))
@@ -116,7 +228,7 @@ fn delay(curve: &Curve) -> Option<f64> {
     let a = DMatrix::from_fn(rows.len(), 2, |i, k| if k == 0 { -rows[i].1 } else { rows[i].2 / way });
     let b = DVector::from_iterator(rows.len(), rows.iter().map(|r| r.0));
     let fit = weighted_linear(&a, &b, &DVector::from_element(rows.len(), 1.0))?;
-    fit.x[0].is_finite().then_some(fit.x[0])
+    fit.x[0].is_finite().then_some((fit.x[0], top))
 }
 
 /// The prediction `by` seconds earlier.
@@ -125,20 +237,19 @@ fn later(curve: &Curve, t: f64, by: f64) -> Option<f64> {
     interpolate(&curve.time, &curve.predicted, (t - by).clamp(*first, *last)).filter(|p| p.is_finite())
 }
 
-/// Root mean square error with every prediction `by` seconds late, and the noise; offsets that every push has anew are
-/// left in.
-fn error(curves: &[Curve], by: f64) -> Option<(f64, f64)> {
-    let (mut squares, mut noise) = (Vec::new(), Vec::new());
-    for curve in curves {
-        let mut moved = curve.clone();
-        moved.predicted = curve
-            .time
-            .iter()
-            .map(|t| later(curve, *t, by).unwrap_or(f64::NAN))
-            .collect();
-        squares.extend(pairs(&moved).map(|(m, p)| (m - p).powi(2)));
-        noise.extend(curve.noise);
+/// A curve whose predictions are `by` seconds late.
+fn late(curve: &Curve, by: f64) -> Curve {
+    let at = |t: &f64| later(curve, *t, by).unwrap_or(f64::NAN);
+    Curve {
+        predicted: curve.time.iter().map(at).collect(),
+        ..curve.clone()
     }
+}
+
+/// Root mean square error, and the noise; offsets that every push has anew are left in.
+fn error(curves: &[Curve]) -> Option<(f64, f64)> {
+    let squares: Vec<f64> = curves.iter().flat_map(pairs).map(|(m, p)| (m - p).powi(2)).collect();
+    let noise: Vec<f64> = curves.iter().filter_map(|c| c.noise).collect();
     let level = noise.iter().map(|n| n * n).sum::<f64>() / noise.len().max(1) as f64;
     Some((correlated_mean(&squares)?.mean.sqrt(), level.sqrt()))
 }
@@ -180,6 +291,26 @@ mod tests {
             assert!((said - tau).abs() < 2e-3, "{said} for {tau}");
             assert!(found.gain.reduction > 0.5, "{:?}", found.gain);
         }
+    }
+
+    #[test]
+    fn clocks_that_run_apart_are_told_by_their_rate() {
+        let at = |k: usize| {
+            let mut trace = push(
+                &format!("push-{k}"),
+                [0.02, 0.05, 0.03, 0.08][k % 4],
+                4e-4 * 20.0 * k as f64,
+                k > 7,
+            );
+            trace.curves[0].time.iter_mut().for_each(|t| *t += 20.0 * k as f64);
+            trace
+        };
+        let found = delay_finding(&(0..10).map(at).collect::<Vec<_>>()).expect("a drift");
+        let said = found.parameters["e"].value;
+        assert!(
+            found.cause == "clock-drift" && (said / 4e-4 - 1.0).abs() < 0.1,
+            "{said}"
+        );
     }
 
     #[test]

@@ -1,22 +1,24 @@
 //! The verb of the diagnosis pass.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::compare::{base_fit, verdict};
 use super::delay::delay_finding;
 use super::family::Family;
+use super::frames::frame_finding;
 use super::joints::joint_findings;
 use super::motions::of_all_joints;
-use super::naming::climb;
+use super::naming::{Ladder, climb};
 use super::offset::centre_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
+use super::sensor::sensor_findings;
 use super::tosses::of_all_bodies;
 use super::white::whiteness;
 use super::{Config, Curve, Trace, asking, named};
 use crate::base::{Notices, Result};
-use crate::capture::{Capture, Segmented};
+use crate::capture::{Capture, Segmented, SensorFaults};
 use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
@@ -26,6 +28,8 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// Measured against predicted, one per interaction, in the order of the capture.
     pub traces: Vec<Trace>,
+    /// Effect size of each cause of which a law was fitted beside the plain model: `sqrt(2 (ll − ll of the plain model))`.
+    pub effect_sizes: BTreeMap<&'static str, f64>,
 }
 
 impl Diagnosed {
@@ -34,6 +38,7 @@ impl Diagnosed {
         Self {
             diagnosis: nothing_named(BaseFit::default(), Verdict::Unknown),
             traces: Vec::new(),
+            effect_sizes: BTreeMap::new(),
         }
     }
 }
@@ -57,6 +62,7 @@ pub fn diagnose(
     capture: &Capture,
     segmented: &[Segmented],
     model: &Model,
+    faults: &SensorFaults,
     config: &Config,
     notices: &mut Notices,
 ) -> Result<Diagnosed> {
@@ -71,7 +77,10 @@ pub fn diagnose(
             .collect()
     };
     let traces = predicted(model, (&curves.full, &curves.full_tosses));
-    findings.extend(delay_finding(&traces).filter(|f| config.allows(&f.cause)));
+    findings.extend(delay_finding(&traces));
+    findings.extend(frame_finding(&traces));
+    findings.extend(sensor_findings(faults));
+    findings.retain(|f| config.allows(&f.cause));
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces)
@@ -91,7 +100,11 @@ pub fn diagnose(
         experiments,
         ..nothing_named(base, verdict)
     };
-    Ok(Diagnosed { diagnosis, traces })
+    Ok(Diagnosed {
+        diagnosis,
+        traces,
+        effect_sizes: curves.effect_sizes,
+    })
 }
 
 /// The curve of an interaction, by its name.
@@ -105,6 +118,17 @@ struct Loads {
     plain_tosses: Vec<Trace>,
     full_tosses: Vec<Trace>,
     tests: Vec<Evidence>,
+    effect_sizes: BTreeMap<&'static str, f64>,
+}
+
+impl Loads {
+    /// The largest effect size of each cause, over its forms and the kinds of experiment.
+    fn note(&mut self, family: &dyn Family, ladder: &Ladder) {
+        for (law, size) in ladder.effect_sizes() {
+            let own = self.effect_sizes.entry(family.laws()[law].cause).or_insert(0.0);
+            *own = own.max(size);
+        }
+    }
 }
 
 /// A trace without curves takes those of a joint's load, where there are any.
@@ -151,6 +175,7 @@ fn name_causes(
         let Some(ladder) = climb(family, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
         findings.extend(named::findings(family, &ladder));
+        loads.note(family, &ladder);
         let owned = |(name, curve): (&str, Curve)| (name.to_owned(), curve);
         loads
             .plain
@@ -163,6 +188,7 @@ fn name_causes(
         let Some(ladder) = climb(&tosses, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| tosses.laws()[*law].cause));
         findings.extend(named::findings(&tosses, &ladder));
+        loads.note(&tosses, &ladder);
         loads.plain_tosses.extend(tosses.traces(&ladder.plain));
         loads.tests.extend(tosses.hinge());
         loads.full_tosses.extend(tosses.traces(&ladder.full));

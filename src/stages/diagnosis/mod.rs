@@ -1,6 +1,7 @@
 //! `diagnose`: how far the twin's predictions are from what was measured, against the noise floor, and which causes
 //! the data name for it.
 
+mod alike;
 mod asking;
 mod compare;
 mod config;
@@ -9,6 +10,7 @@ mod diagnose;
 mod evidence;
 mod family;
 mod fit;
+mod frames;
 mod joints;
 mod marginal;
 mod motion_laws;
@@ -23,8 +25,10 @@ mod profile;
 mod push_catalogue;
 mod push_laws;
 mod push_motion;
+mod push_places;
 mod push_states;
 mod pushes;
+mod sensor;
 mod slide;
 mod slope;
 mod toss_curves;

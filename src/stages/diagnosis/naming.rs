@@ -4,6 +4,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::Config;
+use super::alike::may_be_form;
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
@@ -62,6 +63,19 @@ pub struct Ladder {
     pub taken: Vec<Taken>,
     /// Laws of which these data say nothing.
     pub untestable: Vec<usize>,
+    /// Every law that was fitted beside the plain model, with the objective of its fit.
+    pub tried: Vec<(usize, f64)>,
+}
+
+impl Ladder {
+    /// Effect size of every law that was fitted: `sqrt(2 (ll − ll of the plain model))`, what a likelihood-ratio test that
+    /// knows the law sees.
+    pub fn effect_sizes(&self) -> impl Iterator<Item = (usize, f64)> {
+        let base = self.plain.objective;
+        self.tried
+            .iter()
+            .map(move |(law, o)| (*law, (2.0 * (o - base)).max(0.0).sqrt()))
+    }
 }
 
 /// Fits the plain model and takes up effects while the data ask for them.
@@ -76,18 +90,11 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     }
     let allowed = |l: &usize| config.allows(family.laws()[*l].cause);
     let all: Vec<usize> = (0..family.laws().len()).filter(allowed).collect();
-    let centre: Vec<f64> = family.base().iter().map(|p| p.centre).collect();
-    let noise = Noise::start(family);
-    let mut tight = noise.clone();
-    tight.tau.iter_mut().for_each(|t| *t *= 0.3);
-    let starts = [
-        fit(family, &[], &centre, &noise, &groups),
-        fit(family, &[], &centre, &tight, &groups),
-    ];
-    let mut plain = starts.into_iter().max_by(|a, b| a.objective.total_cmp(&b.objective))?;
+    let mut plain = started(family, &groups)?;
     let mut full = plain.clone();
     let mut taken: Vec<Taken> = Vec::new();
     let mut untestable = Vec::new();
+    let mut tried = Vec::new();
     let mut rounds = 0;
     while taken.len() < EFFECTS {
         let on: Vec<usize> = taken.iter().map(|t| t.law).collect();
@@ -104,10 +111,18 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         let mut found = fitted(family, &full, &scored);
         // A candidate's own parameters are the last of its fit.
         let own = |c: &Candidate| c.fit.theta[c.fit.theta.len() - family.laws()[c.law].parameters.len()..].to_vec();
+        if taken.is_empty() {
+            tried = found.iter().map(|c| (c.law, c.fit.objective)).collect();
+        }
         found.retain(|c| !family.negligible(c.law, &own(c)));
+        let cause = |law: usize| family.laws()[law].cause;
         let rank = |c: &Candidate| c.gain + family.head_start(c.law);
         found.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
-        let Some(best) = found.iter().find(|c| c.stands()).cloned() else {
+        let Some(best) = found
+            .iter()
+            .find(|c| c.stands() && !may_be_form(cause(c.law), c.gain, taken.iter().map(|t| (cause(t.law), t.gain))))
+            .cloned()
+        else {
             break;
         };
         let least = if taken.is_empty() {
@@ -141,7 +156,21 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         full,
         taken,
         untestable,
+        tried,
     })
+}
+
+/// The plain model, fitted from two levels of scatter.
+fn started(family: &dyn Family, groups: &[usize]) -> Option<Fit> {
+    let centre: Vec<f64> = family.base().iter().map(|p| p.centre).collect();
+    let noise = Noise::start(family);
+    let mut tight = noise.clone();
+    tight.tau.iter_mut().for_each(|t| *t *= 0.3);
+    let starts = [
+        fit(family, &[], &centre, &noise, groups),
+        fit(family, &[], &centre, &tight, groups),
+    ];
+    starts.into_iter().max_by(|a, b| a.objective.total_cmp(&b.objective))
 }
 
 /// Half the squared amplitudes of a candidate over their covariance at its shape, nats: what they alone can be worth.

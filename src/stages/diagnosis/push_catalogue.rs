@@ -1,9 +1,10 @@
 //! The laws that pushes can show, with the priors of their parameters and where a fit of them may start.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 use super::family::{Law, Parameter};
 use super::push_laws::form;
+use super::push_places::{far_laws, local_laws};
 use super::pushes::Pushes;
 
 /// Every law that pushes can show.
@@ -11,13 +12,13 @@ pub fn push_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
     let mut laws = friction_laws();
     laws.extend(history_laws());
     laws.extend(local_laws(pushes, scale));
-    laws.extend(far_laws(pushes));
+    laws.extend(far_laws(pushes, scale));
     laws.extend(sensor_laws(pushes, scale));
     laws.extend(bias_laws(pushes));
     laws
 }
 
-fn law(
+pub(super) fn law(
     cause: &'static str,
     place: &str,
     form: usize,
@@ -149,114 +150,6 @@ fn history_laws() -> Vec<Law> {
             vec![Parameter::scale("d", "m", 1.5e-3, 0.6)],
             logs(&[5e-4, 1.5e-3, 4e-3]),
             "the very first displacement needs more force than any later one",
-        ),
-    ]
-}
-
-/// Where bodies were moved: the middle, the standard deviation of a place's prior, and every place.
-fn workspace(pushes: &Pushes) -> (Vector2<f64>, f64, Vec<Vector2<f64>>) {
-    let at: Vec<Vector2<f64>> = pushes.moving().map(|s| s.at).collect();
-    let n = at.len().max(1) as f64;
-    let middle = at.iter().sum::<Vector2<f64>>() / n;
-    let square = at.iter().map(|p| (p - middle).norm_squared()).sum::<f64>() / n;
-    (middle, (1.2 * square.sqrt().max(0.01)).max(0.025), at)
-}
-
-fn places(middle: Vector2<f64>, sd: f64) -> Vec<Parameter> {
-    let (x, y) = (
-        Parameter::place("px", middle.x, sd),
-        Parameter::place("py", middle.y, sd),
-    );
-    vec![x, y]
-}
-
-/// Laws of a place on the table start from a grid over where the body was moved.
-fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
-    let a = Parameter::amplitude;
-    let (middle, sd, at) = workspace(pushes);
-    let round = || {
-        let mut p = places(middle, sd);
-        p.push(Parameter::scale("R", "m", 0.016, 0.4));
-        p
-    };
-    // Every place is one where the body was: farther away nothing is felt.
-    let step = (at.len() / 24).max(1);
-    let visited = at.iter().step_by(step);
-    let grid: Vec<Vec<f64>> = visited
-        .flat_map(|p| [0.010_f64, 0.022].map(|r| vec![p.x, p.y, r.ln()]))
-        .collect();
-    vec![
-        law(
-            "friction-patch",
-            "support",
-            form::PATCH,
-            vec![a("a", "1", 0.3)],
-            round(),
-            grid.clone(),
-            "friction differs at one place of the table",
-        ),
-        law(
-            "friction-patch",
-            "support",
-            form::PATCH_SHARP,
-            vec![a("a", "1", 0.3)],
-            round(),
-            grid.clone(),
-            "friction differs at one place of the table",
-        ),
-        law(
-            "bump",
-            "support",
-            form::BUMP,
-            vec![a("slope", "1", 0.15)],
-            round(),
-            grid.clone(),
-            "the table rises at one place: up costs what down gives back",
-        ),
-        law(
-            "magnet",
-            "support",
-            form::MAGNET,
-            vec![Parameter::positive("A", "N", 0.8f64.max(0.3 * scale))],
-            round(),
-            grid,
-            "something pulls the body towards one place",
-        ),
-    ]
-}
-
-/// Forces that act everywhere on the table.
-fn far_laws(pushes: &Pushes) -> Vec<Law> {
-    let a = Parameter::amplitude;
-    let (middle, sd, _) = workspace(pushes);
-    vec![
-        law(
-            "tether",
-            "support",
-            form::TETHER,
-            vec![Parameter::positive("k", "N/m", 20.0)],
-            places(middle, sd),
-            vec![vec![middle.x, middle.y]],
-            "something pulls the body back the farther it goes",
-        ),
-        law(
-            "support-tilt",
-            "support",
-            form::TILT,
-            vec![a("tx", "rad", 0.05), a("ty", "rad", 0.05)],
-            Vec::new(),
-            vec![Vec::new()],
-            "pushing one way needs more force than pushing the other",
-        ),
-        // With one object that lies on one table the two are the same data.
-        law(
-            "gravity-error",
-            "support",
-            form::TILT,
-            vec![a("tx", "rad", 0.05), a("ty", "rad", 0.05)],
-            Vec::new(),
-            vec![Vec::new()],
-            "gravity does not point where the capture says",
         ),
     ]
 }

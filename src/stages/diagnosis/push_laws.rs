@@ -30,6 +30,7 @@ pub mod form {
     pub const CROSSTALK: usize = 20;
     pub const SATURATION: usize = 21;
     pub const RATE_STATE: usize = 22;
+    pub const HIDDEN_BODY: usize = 23;
 }
 
 /// Multiplies friction.
@@ -58,6 +59,27 @@ pub fn share(active: &Active, s: &State, length: f64, share: &mut f64) {
         form::RATE_STATE => v[0] * (s.speed.max(1e-5) / 0.01).ln(),
         _ => 0.0,
     };
+}
+
+/// Something that stands in the way and is pushed along, N along the motion: `reached` (m) is how far it was brought along
+/// the direction of the law, and is taken on.
+pub fn pushed_along(active: &Active, s: &State, reached: &mut f64, force: &mut f64) {
+    if active.law.form != form::HIDDEN_BODY || !s.contact {
+        return;
+    }
+    let (way, v) = (way_of(active), active.values);
+    let (here, share) = (way.dot(&s.at), way.dot(&s.heading));
+    // Rounded over a millimetre, so that a fit can find the place.
+    *force += v[0] * share.max(0.0) / (1.0 + (-(here - *reached) / MEETS).exp());
+    *reached = reached.max(here);
+}
+
+/// Length over which a thing in the way is met, m.
+const MEETS: f64 = 1.5e-3;
+
+/// Unit direction of a law that has an angle for its first shape parameter.
+pub fn way_of(active: &Active) -> Vector2<f64> {
+    Vector2::new(active.values[1].cos(), active.values[1].sin())
 }
 
 /// Adds to friction along the motion, N.

@@ -265,7 +265,7 @@ fn channels(states: &[State], measured: &[Vector2<f64>], spread: &[f64], along: 
 /// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
 const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
 /// Width of the windows after that, m.
-const WIDTH: f64 = 8e-3;
+pub const WIDTH: f64 = 8e-3;
 
 /// Which window a moment falls into.
 fn window(s: &State, i: usize) -> usize {

@@ -8,7 +8,7 @@ use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
 use super::predict::Scene;
 use super::push_catalogue::push_laws;
 use super::push_laws;
-use super::push_states::{History, Observed, State, excuse_blows};
+use super::push_states::{History, Observed, State, WIDTH, excuse_blows};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
@@ -117,6 +117,28 @@ impl Pushes {
         median(&forces).unwrap_or(1.0)
     }
 
+    /// How far a thing in the way of a law had been brought before a group, m along the law's direction.
+    fn reached_before(&self, group: usize, active: &Active) -> f64 {
+        if active.law.form != push_laws::form::HIDDEN_BODY {
+            return 0.0;
+        }
+        let way = push_laws::way_of(active);
+        let earlier = self.states[..group].iter().flatten().filter(|s| s.contact);
+        let towards = earlier.filter(|s| way.dot(&s.heading) > 0.5);
+        // It stays where the last window of a push ended, half a window beyond its middle.
+        let ends = towards.map(|s| way.dot(&s.at) + 0.5 * WIDTH);
+        ends.fold(active.values[2], f64::max)
+    }
+
+    /// Where and which way each group's body went: its usual heading and the places of its states.
+    pub fn ways(&self) -> impl Iterator<Item = (Vector2<f64>, Vec<Vector2<f64>>)> {
+        let of = |(along, states): (&Vector2<f64>, &Vec<State>)| {
+            let at = states.iter().filter(|s| s.contact).map(|s| s.at);
+            (*along, at.collect())
+        };
+        self.along.iter().zip(&self.states).map(of)
+    }
+
     /// All states in which a body is moved, of fitted and held-out interactions.
     pub fn moving(&self) -> impl Iterator<Item = &State> {
         self.states.iter().flatten().filter(|s| s.contact)
@@ -188,13 +210,15 @@ impl Family for Pushes {
         let along = self.along[group];
         let across = Vector2::new(-along.y, along.x);
         let mut out = vec![0.0; 2 * n];
+        let mut reached: Vec<f64> = active.iter().map(|a| self.reached_before(group, a)).collect();
         for (i, s) in states.iter().enumerate() {
             // Level, slow change with the way and with the turning: what a surface and a shape leave open in each push.
             let drift = scatter[4] * (s.slip / 0.03) + scatter[5] * s.turned.abs();
             let mut share = 1.0 + excess * (-s.slip / length).exp() + drift;
             let (mut table, mut offset) = (Vector2::zeros(), Vector2::zeros());
             let mut viscous = 0.0;
-            for a in active {
+            for (a, reached) in active.iter().zip(&mut reached) {
+                push_laws::pushed_along(a, s, reached, &mut viscous);
                 push_laws::share(a, s, length, &mut share);
                 push_laws::table(a, s, load, &mut table);
                 push_laws::offset(a, s, &along, &self.plane, &mut offset);

@@ -32,6 +32,10 @@ const MISFIT: f64 = 12.0;
 const FORM: f64 = 0.03;
 /// Delay between force and track that is allowed for (1 sd), s.
 const LATE: f64 = 2e-3;
+/// Share of its usual largest speed above which a body moves.
+const MOVING: f64 = 0.3;
+/// A force is uneven where it leaves the usual one by this share, in this share of the time.
+const UNEVEN: (f64, f64) = (0.2, 0.03);
 /// Rows of the track that are compared at most.
 const MOST: usize = 400;
 
@@ -42,6 +46,31 @@ struct Run {
     noise: f64,
 }
 
+impl Run {
+    /// Whether the force ever leaves what it usually is while the body moves: inertia cannot show otherwise.
+    fn is_uneven(&self) -> bool {
+        let n = self.time.len();
+        let speed = |i: usize| {
+            let (a, b) = (i.saturating_sub(2), (i + 2).min(n - 1));
+            (self.position[b] - self.position[a]).norm() / (self.time[b] - self.time[a]).max(1e-6)
+        };
+        let speeds: Vec<f64> = (0..n).map(speed).collect();
+        let top = crate::math::quantile(&speeds, 0.9).unwrap_or(0.0);
+        let force = |t: f64| {
+            let row = self
+                .force
+                .partition_point(|f| f.0 < t)
+                .min(self.force.len().saturating_sub(1));
+            self.force.get(row).map_or(0.0, |f| f.1.norm())
+        };
+        let moving = (0..n).filter(|i| speeds[*i] > MOVING * top);
+        let forces: Vec<f64> = moving.map(|i| force(self.time[i])).collect();
+        let usual = crate::math::median(&forces).unwrap_or(0.0);
+        let uneven = forces.iter().filter(|f| (**f - usual).abs() > UNEVEN.0 * usual).count();
+        uneven as f64 >= UNEVEN.1 * forces.len() as f64
+    }
+}
+
 /// Mass and friction of a link that was driven alone; nothing where inertia does not show.
 pub(super) fn accelerated(
     interaction: &Interaction,
@@ -50,7 +79,7 @@ pub(super) fn accelerated(
     ground: &Ground,
     config: &Config,
 ) -> Option<Accelerated> {
-    let run = run_of(interaction, segmented, link, ground)?;
+    let run = run_of(interaction, segmented, link, ground).filter(Run::is_uneven)?;
     let fit = fit(&run)?;
     let (mass, friction) = (fit.x[0].exp(), fit.x[1].exp());
     let memory = run.position.len() as f64 * 2.0 / effective_samples(fit.residuals.as_slice()).max(1.0);

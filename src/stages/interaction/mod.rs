@@ -5,6 +5,8 @@ mod contact;
 mod cut;
 mod motion;
 mod segment;
+mod sift;
 
 pub use config::Config;
 pub use segment::segment;
+pub use sift::sift;

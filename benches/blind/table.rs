@@ -1,0 +1,272 @@
+//! What was named beside what was hidden, counted.
+
+use palpate::twin::Verdict;
+use statrs::distribution::{Beta, ContinuousCDF};
+
+use crate::scenes::Sort;
+
+/// Causes that the same data often cannot part.
+const ALIASES: &[&[&str]] = &[
+    &["magnet", "bump", "friction-patch"],
+    &[
+        "support-tilt",
+        "gravity-error",
+        "force-bias-world",
+        "tether",
+        "outside-ratchet",
+    ],
+    &["wear-or-heating", "force-drift", "stiffness-drift"],
+    &["time-delay", "sensor-lag", "elastic-damping", "stress-relaxation"],
+    &[
+        "hardening-stiffness",
+        "second-stage",
+        "power-law-stiffness",
+        "force-saturation",
+    ],
+    &[
+        "elastic-hysteresis",
+        "guide-friction",
+        "softening-by-use",
+        "plastic-set",
+    ],
+    &["joint-spring", "joint-gravity", "limit-compliance"],
+    &[
+        "joint-damping",
+        "joint-quadratic-damping",
+        "velocity-weakening-friction",
+        "viscous-friction",
+        "rate-state-friction",
+    ],
+    &["force-bias", "force-gain", "load-dependent-friction", "added-inertia"],
+    &[
+        "static-ageing",
+        "velocity-weakening-friction",
+        "breakaway-bond",
+        "rate-state-friction",
+    ],
+    &["detent", "latch", "snap-through"],
+    &[
+        "com-offset",
+        "uneven-support-pressure",
+        "tool-friction",
+        "contact-point-offset",
+    ],
+    &["support-compliance", "length-scale", "tracking-error"],
+];
+
+/// One case, judged.
+pub struct Seen {
+    pub sort: Sort,
+    pub scene: String,
+    pub causes: Vec<String>,
+    pub strength: f64,
+    /// Effect size d'; nothing where the cause is not fitted by likelihood.
+    pub size: Option<f64>,
+    /// Held-out gain of a diagnosis that was told the cause.
+    pub oracle: Option<f64>,
+    /// With the true cause struck from the list: no name, or not one that stands alone.
+    pub struck: Option<bool>,
+    pub gain: Option<f64>,
+    pub odds: Vec<(String, f64)>,
+    pub verdict: Verdict,
+    pub named: Vec<Vec<String>>,
+    pub seconds: f64,
+}
+
+impl Seen {
+    pub fn line(&self, number: u64) -> String {
+        let size = self.size.map_or("-".into(), |d| format!("{d:.1}"));
+        let hidden = if self.causes.is_empty() {
+            "nothing".into()
+        } else {
+            self.causes.join(" and ")
+        };
+        let named: Vec<String> = self.named.iter().map(|n| n.join(" or ")).collect();
+        let mark = if self.first_right() || (self.causes.is_empty() && self.named.is_empty()) {
+            ' '
+        } else {
+            '*'
+        };
+        format!(
+            "{mark}{number:>5} {:<13} {:<7} s {:.2} d' {size:>5}  {hidden:<34} {:<9} {} [{:.1} s]",
+            self.scene,
+            format!("{:?}", self.sort).to_lowercase(),
+            self.strength,
+            format!("{:?}", self.verdict).to_lowercase(),
+            named.join("; "),
+            self.seconds
+        )
+    }
+
+    fn first_right(&self) -> bool {
+        let (Some(cause), Some(first)) = (self.causes.first(), self.named.first()) else {
+            return false;
+        };
+        first.first() == Some(cause)
+    }
+
+    fn in_class(&self) -> bool {
+        let (Some(cause), Some(first)) = (self.causes.first(), self.named.first().and_then(|n| n.first())) else {
+            return false;
+        };
+        cause == first
+            || ALIASES
+                .iter()
+                .any(|a| a.contains(&cause.as_str()) && a.contains(&first.as_str()))
+    }
+
+    fn in_set(&self) -> bool {
+        self.named.iter().flatten().any(|n| self.causes.first() == Some(n))
+    }
+}
+
+/// A share with its 95 % interval.
+fn share(name: &str, bar: &str, of: &[bool]) {
+    let (n, k) = (of.len() as f64, of.iter().filter(|b| **b).count() as f64);
+    let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |d| d.inverse_cdf(p));
+    let low = if k == 0.0 { 0.0 } else { quantile(k, n - k + 1.0, 0.025) };
+    let high = if k == n { 1.0 } else { quantile(k + 1.0, n - k, 0.975) };
+    if n > 0.0 {
+        println!(
+            "{name:<62} {k:>4} of {n:<4} {:.3} [{low:.3}, {high:.3}]  bar {bar}",
+            k / n
+        );
+    }
+}
+
+pub fn print_table(all: &[Seen]) {
+    let of = |sort: Sort| all.iter().filter(move |s| s.sort == sort);
+    let flags =
+        |each: &mut dyn Iterator<Item = &Seen>, what: &dyn Fn(&Seen) -> bool| -> Vec<bool> { each.map(what).collect() };
+    println!();
+    let named = |s: &Seen| !s.named.is_empty();
+    share(
+        "false names on clean data",
+        "<= 2 of 300",
+        &flags(&mut of(Sort::Clean), &named),
+    );
+    for (low, high, bar) in [
+        (0.0, 5.0, "-"),
+        (5.0, 7.0, ">= 0.8"),
+        (7.0, 10.0, ">= 0.9"),
+        (10.0, f64::INFINITY, ">= 0.98"),
+    ] {
+        let within = |s: &&Seen| s.size.is_some_and(|d| d >= low && d < high);
+        share(
+            &format!("named at d' {low} to {high}"),
+            bar,
+            &flags(&mut of(Sort::Single).filter(within), &named),
+        );
+    }
+    let plain = |s: &&Seen| s.size.is_none();
+    share(
+        "named, causes judged by another test than likelihood",
+        "-",
+        &flags(&mut of(Sort::Single).filter(plain), &named),
+    );
+    let clear = |s: &&Seen| s.size.is_none_or(|d| d >= 10.0) && !s.named.is_empty();
+    share(
+        "first name right, d' above 10 or judged otherwise, if named",
+        ">= 0.92",
+        &flags(&mut of(Sort::Single).filter(clear), &Seen::first_right),
+    );
+    share(
+        "  within its alias class",
+        ">= 0.96",
+        &flags(&mut of(Sort::Single).filter(clear), &Seen::in_class),
+    );
+    share(
+        "  truth in the stated set",
+        ">= 0.97",
+        &flags(&mut of(Sort::Single).filter(clear), &Seen::in_set),
+    );
+    let sets: Vec<usize> = of(Sort::Single).filter(clear).map(|s| s.named[0].len()).collect();
+    println!(
+        "  mean size of the first set {:.2}  bar <= 1.3",
+        sets.iter().sum::<usize>() as f64 / sets.len().max(1) as f64
+    );
+    share(
+        "  a second name",
+        "<= 0.04",
+        &flags(&mut of(Sort::Single).filter(clear), &|s| s.named.len() > 1),
+    );
+    let visible = |s: &&Seen| s.verdict != Verdict::Adequate;
+    share(
+        "outside the catalogue, seen: unknown or ambiguous",
+        ">= 0.85",
+        &flags(&mut of(Sort::Outside).filter(visible), &|s| {
+            s.verdict != Verdict::Explained
+        }),
+    );
+    share(
+        "outside the catalogue: called adequate",
+        "-",
+        &flags(&mut of(Sort::Outside), &|s| s.verdict == Verdict::Adequate),
+    );
+    let struck: Vec<bool> = all.iter().filter_map(|s| s.struck).collect();
+    share("true cause struck, d' above 7: no sure name", ">= 0.8", &struck);
+    let both = |s: &Seen| s.causes.iter().all(|c| s.named.iter().flatten().any(|n| n == c));
+    share(
+        "two effects, both among the names",
+        ">= 0.8",
+        &flags(&mut of(Sort::Pair), &both),
+    );
+    share(
+        "two effects, one at least among the names",
+        "-",
+        &flags(&mut of(Sort::Pair), &|s| {
+            s.causes.iter().any(|c| s.named.iter().flatten().any(|n| n == c))
+        }),
+    );
+    share(
+        "narrow protocol: truth in the set, or nothing said",
+        "-",
+        &flags(&mut of(Sort::Narrow), &|s| s.named.is_empty() || s.in_set()),
+    );
+    let mut ratios: Vec<f64> = of(Sort::Single)
+        .filter(clear)
+        .filter_map(|s| Some(s.gain? / s.oracle.filter(|o| *o > 0.05)?))
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    if let Some(middle) = ratios.get(ratios.len() / 2) {
+        println!(
+            "held-out gain over that of a diagnosis told the cause: median {middle:.3} of {}  bar >= 0.98",
+            ratios.len()
+        );
+    }
+    calibration(all);
+    let slow = all.iter().map(|s| s.seconds).fold(0.0, f64::max);
+    println!("slowest reconstruction and diagnosis: {slow:.1} s");
+}
+
+/// Expected calibration error of the stated probabilities, over findings of single effects.
+fn calibration(all: &[Seen]) {
+    let said: Vec<(f64, bool)> = all
+        .iter()
+        .filter(|s| matches!(s.sort, Sort::Single | Sort::Narrow | Sort::Clean))
+        .flat_map(|s| s.odds.iter().map(|(cause, p)| (*p, s.causes.contains(cause))))
+        .collect();
+    let bin = |k: usize| {
+        let within = |p: f64| ((p * 5.0) as usize).min(4) == k;
+        let own: Vec<&(f64, bool)> = said.iter().filter(|s| within(s.0)).collect();
+        let n = own.len() as f64;
+        let mean = own.iter().map(|s| s.0).sum::<f64>() / n.max(1.0);
+        let right = own.iter().filter(|s| s.1).count() as f64 / n.max(1.0);
+        (n, mean, right)
+    };
+    let bins: Vec<(f64, f64, f64)> = (0..5).map(bin).collect();
+    let error: f64 = bins
+        .iter()
+        .map(|(n, mean, right)| n * (mean - right).abs())
+        .sum::<f64>()
+        / said.len().max(1) as f64;
+    let each: Vec<String> = bins
+        .iter()
+        .filter(|b| b.0 > 0.0)
+        .map(|(n, m, r)| format!("{m:.2} said, {r:.2} right of {n}"))
+        .collect();
+    println!(
+        "calibration error of the odds {error:.3} (bar 0.05): {}",
+        each.join("; ")
+    );
+}

@@ -1,0 +1,26 @@
+//! What is wrong with the readings of a capture, whatever was done.
+
+/// What is wrong with readings by themselves, whatever was done.
+#[derive(Clone, Debug, Default)]
+pub struct SensorFaults {
+    /// Readings of force that are far off.
+    pub strays: Option<Strays>,
+    /// The step to which forces are rounded, N, and in how many values they come.
+    pub rounding: Option<(f64, usize)>,
+}
+
+/// Readings of force that are none.
+#[derive(Clone, Debug)]
+pub struct Strays {
+    /// How many of the quiet readings are strays.
+    pub count: usize,
+    /// Quiet readings in all.
+    pub of: usize,
+    /// Scatter of the quiet readings about their neighbours with the strays and without, N, on held-out interactions
+    /// where there are such.
+    pub scatter: (f64, f64),
+    /// Those interactions.
+    pub held_out: Vec<String>,
+    /// The interactions that have them.
+    pub from: Vec<String>,
+}

@@ -1,0 +1,231 @@
+//! Tracking in a frame that is not the tool's: what is pushed straight then goes a little too far, or a little aside,
+//! the same way in every push.
+
+use std::collections::BTreeMap;
+
+use super::{Curve, Quantity, Trace};
+use crate::base::Estimate;
+use crate::math::{correlated_mean, mad_sd, median, t_tail};
+use crate::twin::{CauseOdds, Evidence, Finding, Gain};
+
+/// Fewest pushes that tell it.
+const FEWEST: usize = 5;
+/// A scale nearer to one, and a rotation smaller (rad), may be the shape's or the finger's.
+const LEAST: [f64; 2] = [0.008, 0.012];
+/// Standard errors over the pushes from which on it is named.
+const CLEAR: f64 = 6.0;
+/// Share of the error above the noise that it has to take away on touches that did not tell it.
+const WORTH: f64 = 0.3;
+/// Standard error of a median over that of a mean.
+const MEDIAN: f64 = 1.25;
+/// Shortest way that tells it, m.
+const WAY: f64 = 0.012;
+/// Part of the way that is compared: the tool touches, and has not yet let go.
+const PART: [f64; 2] = [0.15, 0.95];
+
+/// A scale or a rotation of the tracking as a finding; nothing where neither is clear or where it does not foretell
+/// pushes that were not fitted.
+pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
+    let ways: Vec<(&Trace, Way)> = traces.iter().filter_map(|t| Some((t, Way::of(t)?))).collect();
+    let (held, fitted): (Vec<_>, Vec<_>) = ways.iter().partition(|(t, _)| t.held_out);
+    if fitted.len() < FEWEST {
+        return None;
+    }
+    let told = [0, 1].map(|k| Told::of(&fitted.iter().map(|(_, w)| w.slope(k)).collect::<Vec<_>>(), LEAST[k]));
+    let clear = |k: usize| told[k].as_ref().filter(|t| t.clear);
+    let turned = clear(1).is_some();
+    let main = clear(1).or(clear(0))?;
+    let judged = if held.is_empty() { &fitted } else { &held };
+    let (scale, angle) = (clear(0).map_or(0.0, |t| t.value), clear(1).map_or(0.0, |t| t.value));
+    let noise = judged.iter().filter_map(|(_, w)| w.noise).fold(0.0, f64::max);
+    let before = error(judged.iter().map(|(_, w)| w), 0.0, 0.0)?;
+    let after = error(judged.iter().map(|(_, w)| w), scale, angle)?;
+    let above = |x: f64| (x * x - noise * noise).max(0.0);
+    let reduction = 1.0 - (above(after) / above(before).max(1e-30)).sqrt();
+    if reduction < WORTH {
+        return None;
+    }
+    let from: Vec<String> = fitted.iter().map(|(t, _)| t.interaction.clone()).collect();
+    let names = [("s", "1"), ("a", "rad")];
+    let stated = names.iter().zip(&told).filter_map(|((name, unit), t)| {
+        let t = t.as_ref()?;
+        let estimate = Estimate::measured(t.value, t.sd, *unit, from.clone(), "way against the tool's");
+        Some(((*name).to_owned(), estimate))
+    });
+    // A scale alone is that of all lengths as well as of this tracking.
+    let (cause, other) = if turned {
+        ("tracking-error", None)
+    } else {
+        ("length-scale", Some("tracking-error"))
+    };
+    let words = if turned {
+        format!(
+            "what is tracked goes {:.1} degrees aside of the tool that moves it",
+            main.value.to_degrees()
+        )
+    } else {
+        format!(
+            "what is tracked goes {:.1} % too far for the tool that moves it",
+            100.0 * main.value
+        )
+    };
+    Some(Finding {
+        cause: cause.into(),
+        place: "sensor".into(),
+        probability: if other.is_some() { 0.7 } else { 0.95 },
+        alternatives: other
+            .map(|c| CauseOdds {
+                cause: c.into(),
+                probability: 0.3,
+            })
+            .into_iter()
+            .collect(),
+        parameters: stated.collect::<BTreeMap<_, _>>(),
+        evidence: vec![Evidence {
+            residual: "position, against the way".into(),
+            test: "median over pushes, Student's t".into(),
+            statistic: main.value / main.scatter,
+            p_value: (2.0 * t_tail((main.value / main.scatter).abs(), fitted.len() as f64 - 1.0)).min(1.0),
+            words,
+        }],
+        gain: Gain {
+            quantity: Quantity::Position.name().into(),
+            rmse_before: before,
+            rmse_after: after,
+            unit: Quantity::Position.unit().into(),
+            held_out: held.iter().map(|(t, _)| t.interaction.clone()).collect(),
+            reduction,
+        },
+    })
+}
+
+/// What the pushes say together of one number.
+struct Told {
+    value: f64,
+    scatter: f64,
+    sd: f64,
+    clear: bool,
+}
+
+impl Told {
+    fn of(each: &[f64], least: f64) -> Option<Self> {
+        let value = median(each)?;
+        let scatter = MEDIAN * (mad_sd(each)? / (each.len() as f64).sqrt()).max(1e-4);
+        let against = each.iter().filter(|x| **x * value < 0.0).count();
+        let clear = value.abs() > least && value.abs() > CLEAR * scatter && 6 * against <= each.len();
+        Some(Self {
+            value,
+            scatter,
+            sd: scatter.hypot(0.3 * least),
+            clear,
+        })
+    }
+}
+
+/// One push while the tool moves the body: predicted way, and what was seen of it along and across beyond the
+/// prediction, m.
+struct Way {
+    rows: Vec<(f64, f64, f64)>,
+    noise: Option<f64>,
+}
+
+impl Way {
+    fn of(trace: &Trace) -> Option<Self> {
+        let find = |word: &str| {
+            let own = |c: &&Curve| c.quantity == Quantity::Position && c.label.contains(word);
+            trace.curves.iter().find(own)
+        };
+        let (along, across) = (find("along the motion")?, find("across the motion")?);
+        let last = along.predicted.iter().rfind(|p| p.is_finite()).copied()?;
+        if last.abs() < WAY {
+            return None;
+        }
+        let rows: Vec<(f64, f64, f64)> = (0..along.time.len().min(across.time.len()))
+            .map(|i| {
+                let off = |c: &Curve| c.measured[i] - c.predicted[i];
+                (along.predicted[i], off(along), off(across))
+            })
+            .filter(|r| (PART[0]..PART[1]).contains(&(r.0 / last)) && r.1.is_finite() && r.2.is_finite())
+            .collect();
+        (rows.len() >= 8).then_some(Self {
+            rows,
+            noise: along.noise,
+        })
+    }
+
+    /// Regression of what was seen beyond the prediction, along (0) or across (1), on the way.
+    fn slope(&self, k: usize) -> f64 {
+        let n = self.rows.len() as f64;
+        let of = |r: &(f64, f64, f64)| if k == 0 { r.1 } else { r.2 };
+        let (x, y) = (
+            self.rows.iter().map(|r| r.0).sum::<f64>() / n,
+            self.rows.iter().map(of).sum::<f64>() / n,
+        );
+        let top: f64 = self.rows.iter().map(|r| (r.0 - x) * (of(r) - y)).sum();
+        let base: f64 = self.rows.iter().map(|r| (r.0 - x).powi(2)).sum();
+        top / base.max(1e-30)
+    }
+}
+
+/// Root mean square of what is left, an offset a push apart, with this scale and rotation.
+fn error<'a>(ways: impl Iterator<Item = &'a Way>, scale: f64, angle: f64) -> Option<f64> {
+    let mut squares = Vec::new();
+    for way in ways {
+        for k in 0..2 {
+            let left: Vec<f64> = way
+                .rows
+                .iter()
+                .map(|r| if k == 0 { r.1 - scale * r.0 } else { r.2 - angle * r.0 })
+                .collect();
+            let mean = left.iter().sum::<f64>() / left.len() as f64;
+            squares.extend(left.iter().map(|x| (x - mean).powi(2)));
+        }
+    }
+    Some(correlated_mean(&squares)?.mean.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn push(k: usize, scale: f64, angle: f64) -> Trace {
+        let time: Vec<f64> = (0..150).map(|i| f64::from(i) * 0.01).collect();
+        let way = |t: &f64| 0.04 * (t - 0.2).clamp(0.0, 1.0);
+        let own = 0.002 * ((k * 7 % 5) as f64 - 2.0) / 2.0;
+        let curve = |word: &str, predicted: Vec<f64>, measured: Vec<f64>| Curve {
+            label: format!("tin: {word} the motion"),
+            quantity: Quantity::Position,
+            time: time.clone(),
+            measured,
+            predicted,
+            noise: Some(1e-4),
+        };
+        let ripple = |t: &f64| 1e-4 * (t * 37.0).sin();
+        let along = curve(
+            "along",
+            time.iter().map(way).collect(),
+            time.iter().map(|t| (1.0 + scale + own) * way(t) + ripple(t)).collect(),
+        );
+        let across = curve(
+            "across",
+            vec![0.0; time.len()],
+            time.iter().map(|t| (angle + own) * way(t) + ripple(t)).collect(),
+        );
+        Trace {
+            interaction: format!("push-{k}"),
+            held_out: k > 6,
+            curves: vec![along, across],
+            ..Trace::default()
+        }
+    }
+
+    #[test]
+    fn a_scale_and_a_rotation_of_the_tracking_are_told() {
+        let found = |scale: f64, angle: f64| frame_finding(&(0..9).map(|k| push(k, scale, angle)).collect::<Vec<_>>());
+        let scaled = found(0.03, 0.0).expect("a scale");
+        assert!(scaled.cause == "length-scale" && (scaled.parameters["s"].value - 0.03).abs() < 2e-3);
+        let turned = found(0.0, -0.04).expect("a rotation");
+        assert!(turned.cause == "tracking-error" && (turned.parameters["a"].value + 0.04).abs() < 2e-3);
+        assert!(found(0.0, 0.0).is_none() && found(0.004, 0.005).is_none());
+    }
+}

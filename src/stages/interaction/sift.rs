@@ -1,0 +1,189 @@
+//! Readings that are none: such as lie far from their neighbours in time, and a sensor that rounds.
+//!
+//! Strays are looked for where a stream is quiet, since a blow looks like one: a reading is compared with the median of
+//! the five about it (Hampel's identifier). Only where the quiet stretches prove them are they taken out everywhere.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::capture::{Capture, Interaction, SensorFaults, Strays};
+use crate::math::{mad_sd, median, quantile};
+
+/// Readings on either side of the one that is judged.
+const BESIDE: usize = 2;
+/// Readings of a block whose quiet is judged.
+const BLOCK: usize = 25;
+/// Blocks up to this many times as noisy as the quietest tenth are quiet.
+const QUIET: f64 = 1.5;
+/// Standard deviations from which on a reading is a stray.
+const FAR: f64 = 7.0;
+/// Fewest strays, and the least share of the quiet readings, that prove them.
+const PROOF: (usize, f64) = (8, 2.5e-3);
+/// Share of the streams that must have some: a knock is in one, a poor sensor in all.
+const SPREAD: f64 = 0.4;
+/// A step of rounding below this many standard deviations of the noise does not show in what is estimated.
+const COARSE: f64 = 1.5;
+/// A step of rounding below this share of the largest force is a way of writing numbers down.
+const WRITTEN: f64 = 0.005;
+
+/// A capture without its strays where it has such, and what is wrong with its readings.
+pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
+    let forces: Vec<Judged> = capture.interactions.iter().map(|i| Judged::of(&forces_of(i))).collect();
+    let level = level_of(&forces);
+    let strays = strays_of(capture, &forces, level);
+    let tracks = tracks_stray(capture);
+    let faults = SensorFaults {
+        rounding: rounding_of(capture, level.unwrap_or(0.0)),
+        strays,
+    };
+    if faults.strays.is_none() && tracks.is_none() {
+        return (None, faults);
+    }
+    let mut clean = capture.clone();
+    for (interaction, judged) in clean.interactions.iter_mut().zip(&forces) {
+        if let (Some(stream), Some(level), true) = (&mut interaction.force, level, faults.strays.is_some()) {
+            for i in judged.strays(level) {
+                stream.force[i] = Vector3::repeat(f64::NAN);
+            }
+        }
+        for track in interaction.tracks.values_mut().filter(|_| tracks.is_some()) {
+            let positions: Vec<Vector3<f64>> = track.position.iter().map(|p| p.coords).collect();
+            for i in Judged::of(&positions).strays(tracks.unwrap_or(0.0)) {
+                track.position[i] = Point3::from(Vector3::repeat(f64::NAN));
+                track.rotation[i] = None;
+            }
+        }
+    }
+    (Some(clean), faults)
+}
+
+fn forces_of(interaction: &Interaction) -> Vec<Vector3<f64>> {
+    interaction.force.as_ref().map(|s| s.force.clone()).unwrap_or_default()
+}
+
+/// A stream beside its own neighbours.
+struct Judged {
+    /// Reading less the median about it.
+    off: Vec<Vector3<f64>>,
+    /// Scatter of the block that each reading is in, the noisiest axis.
+    local: Vec<f64>,
+}
+
+impl Judged {
+    fn of(values: &[Vector3<f64>]) -> Self {
+        let near = |i: usize| i.saturating_sub(BESIDE)..(i + BESIDE + 1).min(values.len());
+        let about = |i: usize, k: usize| {
+            let own: Vec<f64> = values[near(i)].iter().map(|v| v[k]).collect();
+            median(&own).unwrap_or(f64::NAN)
+        };
+        let off: Vec<Vector3<f64>> = (0..values.len())
+            .map(|i| Vector3::from_fn(|k, _| values[i][k] - about(i, k)))
+            .collect();
+        let scatter = |block: &[Vector3<f64>]| {
+            let axis = |k: usize| mad_sd(&block.iter().map(|v| v[k]).collect::<Vec<f64>>());
+            (0..3).filter_map(axis).fold(0.0, f64::max)
+        };
+        let local = off.chunks(BLOCK).flat_map(|b| vec![scatter(b); b.len()]).collect();
+        Self { off, local }
+    }
+
+    fn size(&self, i: usize) -> f64 {
+        self.off[i].amax()
+    }
+
+    /// Readings of quiet blocks between quiet blocks: what touches or lets go may knock.
+    fn quiet(&self, level: f64) -> impl Iterator<Item = usize> {
+        let calm = move |i: usize| self.local.get(i).is_none_or(|l| *l <= QUIET * level);
+        let all = move |i: &usize| calm(*i) && calm(i + BLOCK) && calm(i.saturating_sub(BLOCK));
+        (0..self.off.len()).filter(move |i| all(i) && self.off[*i].iter().all(|x| x.is_finite()))
+    }
+
+    fn strays(&self, level: f64) -> Vec<usize> {
+        let far = |i: &usize| self.size(*i) > FAR * level.max(self.local[*i]);
+        (0..self.off.len()).filter(far).collect()
+    }
+}
+
+/// Scatter of the quietest tenth of all blocks; nothing where it is none.
+fn level_of(all: &[Judged]) -> Option<f64> {
+    let each: Vec<f64> = all
+        .iter()
+        .flat_map(|j| j.local.iter().step_by(BLOCK).copied())
+        .collect();
+    quantile(&each, 0.1).filter(|l| *l > 0.0 && each.len() > 10)
+}
+
+/// Quiet readings and the strays among them, where these are proven.
+fn proven(all: &[Judged], level: f64) -> Option<(usize, usize)> {
+    let of = |j: &Judged| {
+        let quiet: Vec<usize> = j.quiet(level).collect();
+        let far = quiet.iter().filter(|i| j.size(**i) > FAR * level).count();
+        (quiet.len(), far)
+    };
+    let each: Vec<(usize, usize)> = all.iter().map(of).filter(|(quiet, _)| *quiet > 0).collect();
+    let (quiet, far) = each.iter().fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let with = each.iter().filter(|(_, far)| *far > 0).count();
+    let spread = with as f64 >= SPREAD * each.len() as f64;
+    (far >= PROOF.0 && far as f64 > PROOF.1 * quiet as f64 && spread).then_some((quiet, far))
+}
+
+fn strays_of(capture: &Capture, forces: &[Judged], level: Option<f64>) -> Option<Strays> {
+    let level = level?;
+    let (quiet, far) = proven(forces, level)?;
+    let named = || capture.interactions.iter().zip(forces);
+    let held: Vec<(&Interaction, &Judged)> = named().filter(|(i, _)| i.held_out).collect();
+    let judged = if held.is_empty() {
+        named().collect()
+    } else {
+        held.clone()
+    };
+    let rms = |with: bool| {
+        let readings = judged.iter().flat_map(|(_, j)| j.quiet(level).map(|i| j.size(i)));
+        let counted: Vec<f64> = readings.filter(|s| with || *s <= FAR * level).collect();
+        (counted.iter().map(|s| s * s).sum::<f64>() / counted.len().max(1) as f64).sqrt()
+    };
+    Some(Strays {
+        count: far,
+        of: quiet,
+        scatter: (rms(true), rms(false)),
+        held_out: held.iter().map(|(i, _)| i.name.clone()).collect(),
+        from: named()
+            .filter(|(_, j)| !j.strays(level).is_empty())
+            .map(|(i, _)| i.name.clone())
+            .collect(),
+    })
+}
+
+/// The quiet scatter of the tracks, where they have strays.
+fn tracks_stray(capture: &Capture) -> Option<f64> {
+    let tracks = capture.interactions.iter().flat_map(|i| i.tracks.values());
+    let judged: Vec<Judged> = tracks
+        .filter(|t| t.len() > BLOCK)
+        .map(|t| Judged::of(&t.position.iter().map(|p| p.coords).collect::<Vec<_>>()))
+        .collect();
+    let level = level_of(&judged)?;
+    proven(&judged, level).map(|_| level)
+}
+
+/// The step of which all readings of force are multiples, where it is coarser than their noise.
+fn rounding_of(capture: &Capture, scatter: f64) -> Option<(f64, usize)> {
+    let noise = capture.noise.force.unwrap_or(scatter);
+    let axis = |k: usize| {
+        let streams = capture.interactions.iter().filter_map(|i| i.force.as_ref());
+        let finite = streams
+            .flat_map(|s| s.force.iter().map(|f| f[k]))
+            .filter(|x| x.is_finite());
+        let mut values: Vec<f64> = finite.collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        values
+    };
+    let largest = |v: &Vec<f64>| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let values = (0..3).map(axis).max_by(|a, b| largest(a).total_cmp(&largest(b)))?;
+    let step = values.windows(2).map(|w| w[1] - w[0]).reduce(f64::min)?;
+    let even = |x: &f64| {
+        let steps = (x - values[0]) / step;
+        (steps - steps.round()).abs() < 0.02
+    };
+    let coarse = step > COARSE * noise && step > WRITTEN * largest(&values);
+    (values.len() >= 4 && coarse && values.iter().all(even)).then_some((step, values.len()))
+}

@@ -125,7 +125,7 @@ pub fn lab_things(count: usize, learnt: bool) {
         let thing = thing(k);
         let begin = cpu();
         let scales = Scales::plain(space);
-        let search = optimise(&thing.bench, &space, &config, Seed(0), fresh(&config, Seed(0), &scales));
+        let search = optimise(&thing.bench, &space, &config, Seed(0), fresh(Seed(0), &scales));
         let (mut found, _) = study(&thing.bench, &scales, &config, Seed(0), &search).expect("fitted trials");
         let spent = cpu() - begin;
         let m = &found.marginals[0];
@@ -193,13 +193,7 @@ fn with_learnt_prior(all: &[(Thing, Seen)]) {
                 prior,
                 search: from_nothing,
             };
-            optimise(
-                &thing.bench,
-                &from_nothing,
-                &config,
-                Seed(7),
-                fresh(&config, Seed(7), &scales),
-            )
+            optimise(&thing.bench, &from_nothing, &config, Seed(7), fresh(Seed(7), &scales))
         };
         let (a, b) = (course(from_nothing), course(learnt));
         // The divergence that the search from nothing has reached after its whole budget, with a margin for its noise.

@@ -41,7 +41,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             evaluations: 40,
-            simulations: 1920,
+            simulations: 960,
             rounds: 5,
             points: 72,
             shared_error: 0.6,

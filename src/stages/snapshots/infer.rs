@@ -22,8 +22,9 @@ use crate::twin::Model;
 
 /// Draws of the posterior by which predictions are made.
 const DRAWS: usize = 48;
-/// Share of the optimiser's budget that goes to space-filling points.
-const FIRST: f64 = 0.25;
+/// Space-filling points with which a search begins: the same for every budget, so that a longer search goes on from a shorter
+/// one.
+const FIRST: usize = 10;
 /// Evaluations at draws of what is believed beforehand, where things of its kind are known.
 const GUIDED: usize = 4;
 /// Share of the prior's spread above which a parameter's data say next to nothing for other things either.
@@ -65,7 +66,7 @@ pub fn infer(
         };
         let search = match &config.keeper {
             Some(keeper) => kept(bench, &scales, config, seed, &capture.digest, keeper)?,
-            None => optimise(bench, &scales.search, config, seed, fresh(config, seed, &scales)),
+            None => optimise(bench, &scales.search, config, seed, fresh(seed, &scales)),
         };
         let Some((mut thing, posterior)) = study(bench, &scales, config, seed, &search) else {
             notices.warn(STAGE, &bench.name, "every trial was held out: nothing is left to fit");
@@ -84,9 +85,9 @@ pub fn infer(
 }
 
 /// A search that nothing was evaluated for yet; it begins where things of its kind were, if any are known.
-pub fn fresh(config: &Config, seed: Seed, scales: &Scales) -> Search {
+pub fn fresh(seed: Seed, scales: &Scales) -> Search {
     if scales.prior == scales.search {
-        return Search::new(seed, (FIRST * config.evaluations as f64) as usize);
+        return Search::new(seed, FIRST);
     }
     let level = |score: f64| scales.to_search(&[score; DIMENSIONS]);
     let (low, high) = (level(-1.0), level(1.0));
@@ -111,7 +112,7 @@ fn kept(bench: &Bench, scales: &Scales, config: &Config, seed: Seed, capture: &s
         thing,
         space: &scales.prior,
     };
-    let mut search = keeper.take_up(&of, fresh(config, seed, scales))?;
+    let mut search = keeper.take_up(&of, fresh(seed, scales))?;
     while search.evaluations.len() < config.evaluations && evaluate(bench, &scales.search, config, seed, &mut search) {
         keeper.put_down(&of, &search)?;
     }

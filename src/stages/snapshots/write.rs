@@ -13,10 +13,6 @@ const METHOD: &str = "bayesian-optimisation";
 
 /// Friction, rolling resistance and friction against the tool as far as the snapshots fix them; the mass from recorded
 /// forces, else assumed and said to be out of reach.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "one call, and everything that is known at its place"
-)]
 pub(super) fn write_link(
     capture: &Capture,
     model: &mut Model,

@@ -14,6 +14,9 @@ const GRAVITY: f64 = 9.80665;
 /// MuJoCo's critically damped contacts rebound by about this; rapier's do not.
 const REBOUND: f64 = 0.07;
 
+/// Times and poses of the tool, yaw of the thing, where MuJoCo has it end.
+type Played = (Vec<f64>, Vec<Isometry3<f64>>, f64, Effect);
+
 /// A thing, a tool, and trials: times and places of the tool, yaw of the thing, where MuJoCo has it end.
 struct Task {
     name: String,
@@ -22,7 +25,7 @@ struct Task {
     /// Friction, rolling resistance, friction against the tool.
     coefficients: [f64; 3],
     half: f64,
-    trials: Vec<(Vec<f64>, Vec<Isometry3<f64>>, f64, Effect)>,
+    trials: Vec<Played>,
 }
 
 impl Task {
@@ -81,7 +84,7 @@ impl Task {
             paths: &paths,
             gravity: Vector3::new(0.0, 0.0, -GRAVITY),
         };
-        let trial = |(path, (_, _, yaw, _)): (usize, &(Vec<f64>, Vec<Isometry3<f64>>, f64, Effect))| Trial {
+        let trial = |(path, (_, _, yaw, _)): (usize, &Played)| Trial {
             start: self.start(*yaw),
             path,
             shift: Vector3::zeros(),
@@ -110,9 +113,7 @@ impl Task {
             coefficients: self.coefficients,
             gravity: GRAVITY,
         };
-        let of = |(times, poses, yaw, _): &(Vec<f64>, Vec<Isometry3<f64>>, f64, Effect)| {
-            world.play(&self.start(*yaw), times, poses, SECONDS)
-        };
+        let of = |(times, poses, yaw, _): &Played| world.play(&self.start(*yaw), times, poses, SECONDS);
         self.trials.iter().map(of).collect()
     }
 }
@@ -160,9 +161,9 @@ pub fn beside_engines(count: usize) {
         let words = all.map(|a| format!("{:.1} {:.1} {:.1} {:.0}", a[0], a[1], a[2], a[3]));
         let travel = mujoco.iter().map(|e| e.norm()).sum::<f64>() / mujoco.len() as f64;
         println!("{} | {:.0} | {}", task.name, 1e3 * travel, words.join(" | "));
-        for k in 0..3 {
-            within[k] += usize::from(all[k][0] < 10.0 && all[k][1] < 10.0);
-            near[k] += all[k][3] / tasks.len() as f64;
+        for ((within, near), apart) in within.iter_mut().zip(&mut near).zip(all) {
+            *within += usize::from(apart[0] < 10.0 && apart[1] < 10.0);
+            *near += apart[3] / tasks.len() as f64;
         }
     }
     for (k, pair) in ["palpate beside MuJoCo", "palpate beside rapier", "rapier beside MuJoCo"]

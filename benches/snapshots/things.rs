@@ -101,7 +101,10 @@ fn course(thing: &Thing, space: &Space, found: &ThingResult, config: &Config) ->
 fn median(values: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+    match sorted.len() {
+        0 => f64::NAN,
+        n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+    }
 }
 
 /// The defaults; `PALPATE_SIMULATIONS` and `PALPATE_POINTS` change what an evaluation and the posterior cost.

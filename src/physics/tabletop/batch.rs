@@ -111,8 +111,8 @@ impl<'a, S: Simd> Batch<'a, S> {
             last[k] = (trial.seconds / STEP).round() as usize;
         }
         let mut step = 0;
-        for k in 0..S::F32_LANES {
-            self.sleep(k, 0, last[k]);
+        for (k, last) in last.iter().enumerate().take(S::F32_LANES) {
+            self.sleep(k, 0, *last);
         }
         loop {
             let next = self.wakes[..S::F32_LANES].iter().copied().min().unwrap_or(usize::MAX);

@@ -30,6 +30,9 @@ pub(super) struct Level {
     pub mass: Option<[(f64, f64); SHARES.len()]>,
 }
 
+/// Simulated displacements and outcomes of one trial, by draw of its start.
+type Draws = Vec<(Effect, Outcome)>;
+
 pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
     if most == f64::NEG_INFINITY {
@@ -48,7 +51,7 @@ pub(super) fn counts(bench: &Bench, fitted: &[usize], shared: f64) -> Vec<f64> {
 }
 
 /// `simulated` by trial and draw; `counts` by trial.
-pub(super) fn level(bench: &Bench, fitted: &[usize], simulated: &[Vec<(Effect, Outcome)>], counts: &[f64]) -> Level {
+pub(super) fn level(bench: &Bench, fitted: &[usize], simulated: &[Draws], counts: &[f64]) -> Level {
     let noise = 2.0 * bench.place_sd.powi(2) + GEOMETRY.powi(2);
     let mut log = [0.0; SHARES.len()];
     for ((i, draws), counts) in fitted.iter().zip(simulated).zip(counts) {
@@ -84,8 +87,8 @@ struct Ratio {
     counts: f64,
 }
 
-fn ratios(bench: &Bench, fitted: &[usize], simulated: &[Vec<(Effect, Outcome)>], counts: &[f64]) -> Vec<Ratio> {
-    let of = |((i, draws), counts): ((&usize, &Vec<(Effect, Outcome)>), &f64)| {
+fn ratios(bench: &Bench, fitted: &[usize], simulated: &[Draws], counts: &[f64]) -> Vec<Ratio> {
+    let of = |((i, draws), counts): ((&usize, &Draws), &f64)| {
         let (impulse, sd) = bench.trials[*i].impulse?;
         let n = draws.len() as f64;
         let mean = draws.iter().map(|(_, o)| o.impulse.norm()).sum::<f64>() / n;

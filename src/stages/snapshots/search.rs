@@ -4,7 +4,7 @@
 //! taken with odds `softmax(eta g)`, where the gain `g` of each falls by what the refitted process expects at its own
 //! proposal (Hoffman, Brochu and de Freitas 2011; Lima et al. 2019, section III B). Where something is believed beforehand of
 //! where the least is, the acquisitions are weighted by that belief to a power that falls with every evaluation (Hvarfner et
-//! al. 2022), so that a wrong belief is outlived.
+//! al. 2022).
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};

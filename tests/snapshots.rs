@@ -125,6 +125,40 @@ fn a_recorded_force_weighs_the_thing() {
     assert!(low <= truth && truth <= high, "{truth} is not in {low} to {high}");
 }
 
+#[test]
+fn a_search_goes_on_where_it_was_stopped() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let train = ["--train", "stick:push,rake:draw"];
+    let arguments = ["--seed", "7", "--thing", "box", "--trials", "2"];
+    let Some(capture) = made(folder.path(), &[arguments.as_slice(), train.as_slice()].concat()) else {
+        return;
+    };
+    let run = |out: &str, search: &str, evaluations: &str, seed: &str| {
+        let run = Command::new(env!("CARGO_BIN_EXE_palpate"))
+            .args(["reconstruct", "--seed", seed, "--snapshot-evaluations", evaluations])
+            .arg("--snapshot-search")
+            .arg(folder.path().join(search))
+            .arg(&capture)
+            .arg("--out")
+            .arg(folder.path().join(out))
+            .output()
+            .expect("starts");
+        run.status.code()
+    };
+    let text = |path: &str| fs::read_to_string(folder.path().join(path)).expect("reads");
+    assert_eq!(run("stopped", "a.json", "14", "0"), Some(0));
+    let first = json(&folder.path().join("a.json"));
+    let asked = first["things"]["thing"]["search"]["evaluations"].as_array();
+    assert_eq!(asked.map(Vec::len), Some(14));
+    assert_eq!(run("resumed", "a.json", "20", "0"), Some(0));
+    assert_eq!(run("whole", "b.json", "20", "0"), Some(0));
+    assert_eq!(text("a.json"), text("b.json"));
+    assert_eq!(text("resumed/twin.json"), text("whole/twin.json"));
+    // A search of another seed is refused, and nothing is written.
+    assert_eq!(run("other", "a.json", "20", "1"), Some(2));
+    assert!(!folder.path().join("other").exists());
+}
+
 /// A change of `capture.json`.
 type Change = fn(&mut Value);
 

@@ -85,6 +85,12 @@ pub enum Command {
         /// What was learnt of other things by `palpate calibrate snapshots`: a new thing starts from it
         #[arg(long)]
         snapshot_prior: Option<PathBuf>,
+        /// File that keeps the search of snapshot pairs: taken up where it was put down, written after every evaluation
+        #[arg(long)]
+        snapshot_search: Option<PathBuf>,
+        /// Evaluations of the search of snapshot pairs
+        #[arg(long)]
+        snapshot_evaluations: Option<usize>,
         /// The scale of the force sensor as `palpate calibrate force` found it: forces are divided by it, its doubt counts
         #[arg(long)]
         force_scale: Option<PathBuf>,

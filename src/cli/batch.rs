@@ -45,6 +45,8 @@ pub fn batch(common: &Common, captures: &[PathBuf], out: &Path, voxel: f64) -> R
         voxel,
         timings: false,
         snapshot_prior: None,
+        snapshot_search: None,
+        snapshot_evaluations: None,
         force_scale: None,
     };
     let options = options(common, &request)?;

@@ -8,13 +8,13 @@ use serde_json::json;
 
 use super::arguments::Common;
 use super::output;
-use crate::base::{Result, Seed, StagedFolder, read_text};
+use crate::base::{Result, Seed, StagedFolder, read_text, write_atomically};
 use crate::capture::{Capture, read_capture};
 use crate::export::export_all;
 use crate::pipeline::{Options, Pass, Run, build};
 use crate::report;
 use crate::stages::estimation::ForceScale;
-use crate::stages::snapshots::LearntPrior;
+use crate::stages::snapshots::{Course, Keeper, LearntPrior};
 use crate::twin::{Link, read_twin, write_twin};
 
 /// What was asked for beyond the capture.
@@ -24,6 +24,8 @@ pub struct Request<'a> {
     pub voxel: f64,
     pub timings: bool,
     pub snapshot_prior: Option<&'a Path>,
+    pub snapshot_search: Option<&'a Path>,
+    pub snapshot_evaluations: Option<usize>,
     pub force_scale: Option<&'a Path>,
 }
 
@@ -57,6 +59,17 @@ pub fn options(common: &Common, request: &Request) -> Result<Options> {
     options.shape.check()?;
     if let Some(path) = request.snapshot_prior {
         options.snapshots.learnt = Some(LearntPrior::from_toml(&read_text(path)?)?);
+    }
+    if let Some(evaluations) = request.snapshot_evaluations {
+        options.snapshots.evaluations = evaluations;
+    }
+    options.snapshots.check()?;
+    if let Some(path) = request.snapshot_search {
+        let begun = path.exists().then(|| read_text(path)).transpose()?;
+        let begun = begun.as_deref().map(Course::from_json).transpose()?;
+        let to = path.to_owned();
+        let keep = move |course: &Course| write_atomically(&to, course.to_json()?.as_bytes());
+        options.snapshots.keeper = Some(Keeper::new(begun, keep));
     }
     if let Some(path) = request.force_scale {
         options.estimation.force_scale = Some(ForceScale::from_toml(&read_text(path)?, path)?);

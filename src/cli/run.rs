@@ -45,6 +45,8 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
             voxel,
             timings,
             snapshot_prior,
+            snapshot_search,
+            snapshot_evaluations,
             force_scale,
         } => {
             let request = reconstruct::Request {
@@ -53,6 +55,8 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
                 voxel: *voxel,
                 timings: *timings,
                 snapshot_prior: snapshot_prior.as_deref(),
+                snapshot_search: snapshot_search.as_deref(),
+                snapshot_evaluations: *snapshot_evaluations,
                 force_scale: force_scale.as_deref(),
             };
             reconstruct::reconstruct(common, capture, out, &request)

@@ -10,7 +10,7 @@ use super::recorded::{Recorded, recorded};
 use super::table::{Doubt, EngineReport, EnginesReport, Outcome, RestRow, TouchRow};
 use crate::base::{Pose, Result, Seed};
 use crate::capture::Capture;
-use crate::export::{Hold, Played, Trial, play, rest_in_engine, stage, variant};
+use crate::export::{Hold, Played, StagedScene, StagedTrial, Trial, play, rest_in_engine, stage, variant};
 use crate::twin::Model;
 
 /// Seconds of rest in every engine.
@@ -38,40 +38,19 @@ pub fn compare(
     let (touches, skipped) = recorded(capture, model)?;
     let trials: Vec<_> = touches.iter().map(|t| t.trial.clone()).collect();
     let (scene, staged) = stage(model, &trials)?;
-    let mut reports = Vec::new();
-    for engine in engines {
-        let mut report = EngineReport {
-            engine: *engine,
-            version: String::new(),
-            silent: None,
-            rest: Vec::new(),
-            touches: Vec::new(),
-        };
-        let played: Vec<std::result::Result<Played, String>> = if *engine == EngineName::Rapier {
-            report.rest = embedded_rest(model)?;
-            let play_one = |t| play(model, t).map_err(|e| e.to_string());
-            trials.par_iter().map(play_one).collect()
-        } else {
-            match ask(*engine, folder, &scene, &staged, REST_SECONDS) {
-                Err(Silence::NotThere(why)) => {
-                    report.silent = Some(why);
-                    Vec::new()
-                }
-                Err(Silence::Failed(why)) => {
-                    report.silent = Some(format!("failed: {why}"));
-                    Vec::new()
-                }
-                Ok(answer) => {
-                    report.version = answer.version;
-                    report.rest = answer.rest.into_iter().map(|(p, r)| rest_row(p, r)).collect();
-                    answer.trials
-                }
-            }
-        };
-        let rows = touches.iter().zip(played).map(|(t, p)| row(model, t, p));
-        report.touches = rows.collect();
-        reports.push(report);
-    }
+    let reports: Vec<Result<EngineReport>> = engines
+        .par_iter()
+        .map(|engine| {
+            let (mut report, played) = match engine {
+                EngineName::Rapier => embedded(model, &trials)?,
+                _ => outside(*engine, folder, &scene, &staged),
+            };
+            let rows = touches.iter().zip(played).map(|(t, p)| row(model, t, p));
+            report.touches = rows.collect();
+            Ok(report)
+        })
+        .collect();
+    let reports = reports.into_iter().collect::<Result<Vec<_>>>()?;
     let held_out: Vec<&Recorded> = touches
         .iter()
         .filter(|t| t.held_out && t.trial.hold == Hold::Touch)
@@ -84,6 +63,52 @@ pub fn compare(
         engines: reports,
         skipped,
     })
+}
+
+/// What an engine said of each trial, or why it said nothing.
+type PlayedOrNot = Vec<std::result::Result<Played, String>>;
+
+fn silent(engine: EngineName) -> EngineReport {
+    EngineReport {
+        engine,
+        version: String::new(),
+        silent: None,
+        rest: Vec::new(),
+        touches: Vec::new(),
+    }
+}
+
+fn embedded(model: &Model, trials: &[Trial]) -> Result<(EngineReport, PlayedOrNot)> {
+    let report = EngineReport {
+        rest: embedded_rest(model)?,
+        ..silent(EngineName::Rapier)
+    };
+    let play_one = |t| play(model, t).map_err(|e| e.to_string());
+    Ok((report, trials.par_iter().map(play_one).collect()))
+}
+
+fn outside(
+    engine: EngineName,
+    folder: &Path,
+    scene: &StagedScene,
+    trials: &[StagedTrial],
+) -> (EngineReport, PlayedOrNot) {
+    let mut report = silent(engine);
+    match ask(engine, folder, scene, trials, REST_SECONDS) {
+        Err(Silence::NotThere(why)) => {
+            report.silent = Some(why);
+            (report, Vec::new())
+        }
+        Err(Silence::Failed(why)) => {
+            report.silent = Some(format!("failed: {why}"));
+            (report, Vec::new())
+        }
+        Ok(answer) => {
+            report.version = answer.version;
+            report.rest = answer.rest.into_iter().map(|(p, r)| rest_row(p, r)).collect();
+            (report, answer.trials)
+        }
+    }
 }
 
 /// How the touch comes out with models drawn from the twin; nothing where it cannot be played.

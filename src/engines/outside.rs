@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::str::FromStr;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -105,8 +106,34 @@ pub enum Silence {
     Failed(String),
 }
 
-/// Plays `trials` in an outside engine and lets the scene rest for `seconds` in it.
+/// Plays `trials` in an outside engine and lets the scene rest for `seconds` in it. As many programs run side by side as
+/// there are threads, each with its share of the trials; a trial does not depend on the others.
 pub fn ask(
+    engine: EngineName,
+    folder: &Path,
+    scene: &StagedScene,
+    trials: &[StagedTrial],
+    seconds: f64,
+) -> std::result::Result<Answer, Silence> {
+    let share = trials.len().div_ceil(rayon::current_num_threads()).max(1);
+    let (first, others) = trials.split_at(share.min(trials.len()));
+    let mut shares = vec![(first, seconds)];
+    shares.extend(others.chunks(share).map(|part| (part, 0.0)));
+    let answers: Vec<_> = shares
+        .into_par_iter()
+        .map(|(part, seconds)| ask_one(engine, folder, scene, part, seconds))
+        .collect();
+    let mut answers = answers.into_iter();
+    let nothing = || Err(Silence::Failed("nothing was asked".into()));
+    let mut whole = answers.next().unwrap_or_else(nothing)?;
+    for answer in answers {
+        whole.trials.extend(answer?.trials);
+    }
+    Ok(whole)
+}
+
+/// Plays trials in one run of the engine's program.
+fn ask_one(
     engine: EngineName,
     folder: &Path,
     scene: &StagedScene,

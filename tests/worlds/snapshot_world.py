@@ -84,8 +84,13 @@ class World:
         mujoco.mj_resetData(m, d)
         d.qpos[:7] = start
         at = lambda t: np.array([np.interp(t, times, path[:, k]) for k in range(3)])
-        forces, wrench = [], np.zeros(6)
+        forces, wrench, still = [], np.zeros(6), 0
         for k in range(int(round(seconds / STEP))):
+            # What rests while the tool rests goes on resting.
+            resting = k * STEP > times[-1] and abs(d.qvel[:3]).max() < 1e-4 and abs(d.qvel[3:6]).max() < 1e-3
+            still = still + 1 if resting else 0
+            if still > 50 and len(forces) % 5 == 0:
+                break
             a, b = at(k * STEP), at((k + 1) * STEP)
             d.qpos[7:10], d.qvel[6:9] = a, (b - a) / STEP
             mujoco.mj_step(m, d)

@@ -134,7 +134,7 @@ def play(job, trial):
 def main():
     job = json.load(sys.stdin)
     os.chdir(job["folder"])
-    out = {"version": version(), "rest": rest(job), "trials": []}
+    out = {"version": version(), "rest": rest(job) if job["seconds"] > 0.0 else {}, "trials": []}
     for trial in job["trials"]:
         try:
             out["trials"].append(play(job, trial))

@@ -1,36 +1,43 @@
 //! Where a thing meets the support: at most four corners that carry it.
 
-use super::lanes::{F, M3, V3, all, less, more, pick};
+use pulp::Simd;
+
+use super::lanes::{F, V3, less, more, pick};
 use super::solid::Solid;
+use super::turns::M3;
 
 /// Corners that are kept.
 pub(super) const SPOTS: usize = 4;
 /// Height over reach that a corner farther out may have before a nearer, lower one is kept instead.
 const STEEP: f32 = 30.0;
+/// Corners higher than this share of the reach over the lowest never carry: their height costs more (by [`STEEP`]) than
+/// the widest foot gains.
+const HIGH: f32 = 0.3;
 
 /// A place where two surfaces meet or are about to: from the centroid, and how far they are apart (negative inside).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
-    pub r: V3,
-    pub gap: F,
+pub(super) struct Spot<S: Simd> {
+    pub r: V3<S>,
+    pub gap: F<S>,
 }
 
 /// The corner with the highest score so far.
-struct Best {
-    score: F,
-    at: V3,
+struct Best<S: Simd> {
+    score: F<S>,
+    at: V3<S>,
 }
 
-impl Best {
-    fn none() -> Self {
+impl<S: Simd> Best<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
         Self {
-            score: all(-1e30),
-            at: V3::ZERO,
+            score: F::all(simd, -1e30),
+            at: V3::zero(simd),
         }
     }
 
     #[inline(always)]
-    fn offer(&mut self, score: F, at: V3) {
+    fn offer(&mut self, score: F<S>, at: V3<S>) {
         let better = more(score, self.score);
         self.score = pick(better, score, self.score);
         self.at = V3::pick(better, at, self.at);
@@ -41,46 +48,68 @@ impl Best {
 ///
 /// A ball has one. A hull keeps the corner that is farthest in one direction, the one farthest from it, and the
 /// farthest to the left and right of the line between them, all of them low.
-pub(super) fn floor_spots(solid: &Solid, turn: &M3, height: F, corners: &mut Vec<V3>) -> ([Spot; SPOTS], usize) {
-    let spot = |at: V3| Spot {
-        r: at,
-        gap: at.z + height,
-    };
+#[inline(always)]
+pub(super) fn floor_spots<S: Simd>(
+    simd: S,
+    solid: &Solid,
+    turn: &M3<S>,
+    height: F<S>,
+    corners: &mut Vec<V3<S>>,
+) -> ([Spot<S>; SPOTS], usize) {
     if let Some(radius) = solid.ball {
-        let under = V3::new(F::ZERO, F::ZERO, all(-radius));
-        return ([spot(under); SPOTS], 1);
+        let under = V3::all(simd, [0.0, 0.0, -radius]);
+        let spot = Spot {
+            r: under,
+            gap: under.z + height,
+        };
+        return ([spot; SPOTS], 1);
     }
-    corners.clear();
-    let mut lowest = all(1e30);
-    let mut first = Best::none();
+    let mut lowest = F::all(simd, 1e30);
     for p in &solid.hull.points {
-        let at = turn.apply(V3::all(*p));
-        lowest = lowest.fast_min(at.z);
-        first.offer(at.x + at.y * all(0.37) - at.z * all(STEEP), at);
+        lowest = lowest.min(turn.c.dot(V3::all(simd, *p)));
+    }
+    let highest = lowest + HIGH * solid.reach;
+    corners.clear();
+    let mut first = Best::none(simd);
+    for p in &solid.hull.points {
+        let p = V3::all(simd, *p);
+        if !less(turn.c.dot(p), highest).any() {
+            continue;
+        }
+        let at = turn.apply(p);
+        first.offer(at.x + at.y * 0.37 - at.z * STEEP, at);
         corners.push(at);
     }
     let a = first.at;
-    let steep = all(STEEP * solid.reach);
-    let mut second = Best::none();
+    let steep = STEEP * solid.reach;
+    let mut second = Best::none(simd);
     for at in corners.iter() {
         let (x, y) = (at.x - a.x, at.y - a.y);
         second.offer(x * x + y * y - (at.z - lowest) * steep, *at);
     }
     let b = second.at;
     let (ex, ey) = (b.x - a.x, b.y - a.y);
-    let (mut left, mut right) = (Best::none(), Best::none());
+    let (mut left, mut right) = (Best::none(simd), Best::none(simd));
     for at in corners.iter() {
         let side = ex * (at.y - a.y) - ey * (at.x - a.x);
         let cost = (at.z - lowest) * steep;
         left.offer(side - cost, *at);
         right.offer(-side - cost, *at);
     }
-    ([spot(a), spot(b), spot(left.at), spot(right.at)], SPOTS)
+    let of = [a, b, left.at, right.at];
+    let mut spots = [Spot { r: a, gap: lowest }; SPOTS];
+    for (spot, r) in spots.iter_mut().zip(of) {
+        *spot = Spot { r, gap: r.z + height };
+    }
+    (spots, SPOTS)
 }
 
 /// The lowest gap of the spots.
-pub(super) fn lowest(spots: &[Spot]) -> F {
-    spots
-        .iter()
-        .fold(all(1e30), |low, s| pick(less(s.gap, low), s.gap, low))
+#[inline(always)]
+pub(super) fn lowest<S: Simd>(spots: &[Spot<S>]) -> F<S> {
+    let mut low = spots[0].gap;
+    for spot in spots {
+        low = low.min(spot.gap);
+    }
+    low
 }

@@ -1,67 +1,240 @@
-//! Eight trials side by side: numbers, vectors, matrices and turns over SIMD lanes.
+//! Trials side by side: numbers, vectors, matrices and turns over SIMD lanes, as wide as the processor has them.
+//!
+//! Every operation is exact in IEEE arithmetic and acts on one lane alone, without fused multiply-adds, so that a trial ends
+//! in the same bits on every processor.
 
-use nalgebra::{UnitQuaternion, Vector3};
-use std::ops::{Add, Mul, Neg, Sub};
-use wide::f32x8;
+use std::ops::{Add, BitAnd, Mul, Neg, Sub};
 
-/// Trials that are computed side by side.
-pub(super) const LANES: usize = 8;
+use pulp::Simd;
 
-/// One number of each of eight trials.
-pub(super) type F = f32x8;
+/// The widest registers have this many lanes.
+pub(super) const MOST_LANES: usize = 16;
 
-/// The same number in every lane.
-#[inline(always)]
-pub(super) fn all(x: f32) -> F {
-    F::splat(x)
+/// One number of each trial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct F<S: Simd> {
+    simd: S,
+    v: S::f32s,
+}
+
+/// One truth of each trial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mask<S: Simd> {
+    simd: S,
+    m: S::m32s,
+}
+
+impl<S: Simd> Mask<S> {
+    #[inline(always)]
+    pub(super) fn any(self) -> bool {
+        self.simd.first_true_m32s(self.m) < S::F32_LANES
+    }
+}
+
+impl<S: Simd> BitAnd for Mask<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, o: Self) -> Self {
+        Self {
+            simd: self.simd,
+            m: self.simd.and_m32s(self.m, o.m),
+        }
+    }
+}
+
+impl<S: Simd> F<S> {
+    /// The same number in every lane.
+    #[inline(always)]
+    pub(super) fn all(simd: S, x: f32) -> Self {
+        Self {
+            simd,
+            v: simd.splat_f32s(x),
+        }
+    }
+
+    /// A number by lane.
+    #[inline(always)]
+    pub(super) fn each(simd: S, of: impl Fn(usize) -> f32) -> Self {
+        let mut values = [0.0; MOST_LANES];
+        for (k, value) in values.iter_mut().enumerate().take(S::F32_LANES) {
+            *value = of(k);
+        }
+        Self {
+            simd,
+            v: S::as_simd_f32s(&values).0[0],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn to_array(self) -> [f32; MOST_LANES] {
+        let mut values = [0.0; MOST_LANES];
+        S::as_mut_simd_f32s(&mut values).0[0] = self.v;
+        values
+    }
+
+    #[inline(always)]
+    fn of(self, v: S::f32s) -> Self {
+        Self { simd: self.simd, v }
+    }
+
+    /// The same number in every lane, beside this one.
+    #[inline(always)]
+    pub(super) fn like(self, x: f32) -> Self {
+        Self::all(self.simd, x)
+    }
+
+    #[inline(always)]
+    pub(super) fn min(self, o: Self) -> Self {
+        self.of(self.simd.min_f32s(self.v, o.v))
+    }
+
+    #[inline(always)]
+    pub(super) fn max(self, o: Self) -> Self {
+        self.of(self.simd.max_f32s(self.v, o.v))
+    }
+
+    /// Zero where it is below.
+    #[inline(always)]
+    pub(super) fn positive(self) -> Self {
+        self.max(self.like(0.0))
+    }
+
+    #[inline(always)]
+    pub(super) fn abs(self) -> Self {
+        self.of(self.simd.abs_f32s(self.v))
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(self) -> Self {
+        self.of(self.simd.sqrt_f32s(self.v))
+    }
+
+    /// One over it.
+    #[inline(always)]
+    pub(super) fn inverse(self) -> Self {
+        self.of(self.simd.div_f32s(self.simd.splat_f32s(1.0), self.v))
+    }
+
+    #[inline(always)]
+    pub(super) fn over(self, o: Self) -> Self {
+        self.of(self.simd.div_f32s(self.v, o.v))
+    }
+}
+
+impl<S: Simd> Add for F<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        self.of(self.simd.add_f32s(self.v, o.v))
+    }
+}
+
+impl<S: Simd> Sub for F<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        self.of(self.simd.sub_f32s(self.v, o.v))
+    }
+}
+
+impl<S: Simd> Mul for F<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        self.of(self.simd.mul_f32s(self.v, o.v))
+    }
+}
+
+impl<S: Simd> Neg for F<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.of(self.simd.sub_f32s(self.simd.splat_f32s(0.0), self.v))
+    }
+}
+
+impl<S: Simd> Add<f32> for F<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, x: f32) -> Self {
+        self + self.like(x)
+    }
+}
+
+impl<S: Simd> Sub<f32> for F<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, x: f32) -> Self {
+        self - self.like(x)
+    }
+}
+
+impl<S: Simd> Mul<f32> for F<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, x: f32) -> Self {
+        self * self.like(x)
+    }
 }
 
 /// `a` where the mask is set, else `b`.
 #[inline(always)]
-pub(super) fn pick(mask: F, a: F, b: F) -> F {
-    mask.bitselect(a, b)
+pub(super) fn pick<S: Simd>(mask: Mask<S>, a: F<S>, b: F<S>) -> F<S> {
+    a.of(mask.simd.select_f32s(mask.m, a.v, b.v))
 }
 
 /// Mask of `a < b`.
 #[inline(always)]
-pub(super) fn less(a: F, b: F) -> F {
-    a.simd_lt(b)
+pub(super) fn less<S: Simd>(a: F<S>, b: F<S>) -> Mask<S> {
+    Mask {
+        simd: a.simd,
+        m: a.simd.less_than_f32s(a.v, b.v),
+    }
 }
 
 /// Mask of `a > b`.
 #[inline(always)]
-pub(super) fn more(a: F, b: F) -> F {
-    a.simd_gt(b)
+pub(super) fn more<S: Simd>(a: F<S>, b: F<S>) -> Mask<S> {
+    less(b, a)
 }
 
-/// A vector of each of eight trials.
+/// A vector of each trial.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct V3 {
-    pub x: F,
-    pub y: F,
-    pub z: F,
+pub(super) struct V3<S: Simd> {
+    pub x: F<S>,
+    pub y: F<S>,
+    pub z: F<S>,
 }
 
-impl V3 {
-    pub(super) const ZERO: Self = Self {
-        x: F::ZERO,
-        y: F::ZERO,
-        z: F::ZERO,
-    };
-
+impl<S: Simd> V3<S> {
     #[inline(always)]
-    pub(super) fn new(x: F, y: F, z: F) -> Self {
+    pub(super) fn new(x: F<S>, y: F<S>, z: F<S>) -> Self {
         Self { x, y, z }
     }
 
     /// The same vector in every lane.
     #[inline(always)]
-    pub(super) fn all(v: [f32; 3]) -> Self {
-        Self::new(all(v[0]), all(v[1]), all(v[2]))
+    pub(super) fn all(simd: S, v: [f32; 3]) -> Self {
+        Self::new(F::all(simd, v[0]), F::all(simd, v[1]), F::all(simd, v[2]))
     }
 
     #[inline(always)]
-    pub(super) fn dot(self, o: Self) -> F {
+    pub(super) fn zero(simd: S) -> Self {
+        Self::all(simd, [0.0; 3])
+    }
+
+    /// A vector by lane.
+    #[inline(always)]
+    pub(super) fn each(simd: S, of: impl Fn(usize) -> [f32; 3]) -> Self {
+        Self::new(
+            F::each(simd, |k| of(k)[0]),
+            F::each(simd, |k| of(k)[1]),
+            F::each(simd, |k| of(k)[2]),
+        )
+    }
+
+    #[inline(always)]
+    pub(super) fn dot(self, o: Self) -> F<S> {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
 
@@ -75,23 +248,23 @@ impl V3 {
     }
 
     #[inline(always)]
-    pub(super) fn norm2(self) -> F {
+    pub(super) fn norm2(self) -> F<S> {
         self.dot(self)
     }
 
     #[inline(always)]
-    pub(super) fn pick(mask: F, a: Self, b: Self) -> Self {
+    pub(super) fn pick(mask: Mask<S>, a: Self, b: Self) -> Self {
         Self::new(pick(mask, a.x, b.x), pick(mask, a.y, b.y), pick(mask, a.z, b.z))
     }
 
     /// Length one; the zero vector stays near zero.
     #[inline(always)]
     pub(super) fn unit(self) -> Self {
-        self * (all(1.0) / (self.norm2() + all(1e-20)).sqrt())
+        self * (self.norm2() + 1e-20).sqrt().inverse()
     }
 }
 
-impl Add for V3 {
+impl<S: Simd> Add for V3<S> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
@@ -99,7 +272,7 @@ impl Add for V3 {
     }
 }
 
-impl Sub for V3 {
+impl<S: Simd> Sub for V3<S> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
@@ -107,7 +280,7 @@ impl Sub for V3 {
     }
 }
 
-impl Neg for V3 {
+impl<S: Simd> Neg for V3<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -115,108 +288,18 @@ impl Neg for V3 {
     }
 }
 
-impl Mul<F> for V3 {
+impl<S: Simd> Mul<F<S>> for V3<S> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, s: F) -> Self {
+    fn mul(self, s: F<S>) -> Self {
         Self::new(self.x * s, self.y * s, self.z * s)
     }
 }
 
-/// Three rows.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct M3 {
-    pub a: V3,
-    pub b: V3,
-    pub c: V3,
-}
-
-impl M3 {
+impl<S: Simd> Mul<f32> for V3<S> {
+    type Output = Self;
     #[inline(always)]
-    pub(super) fn apply(&self, v: V3) -> V3 {
-        V3::new(self.a.dot(v), self.b.dot(v), self.c.dot(v))
+    fn mul(self, s: f32) -> Self {
+        self * self.x.like(s)
     }
-
-    #[inline(always)]
-    pub(super) fn apply_transposed(&self, v: V3) -> V3 {
-        self.a * v.x + self.b * v.y + self.c * v.z
-    }
-
-    /// `self^T * o`.
-    #[inline(always)]
-    pub(super) fn transposed_times(&self, o: &Self) -> Self {
-        let column = |k: fn(&V3) -> F| o.a * k(&self.a) + o.b * k(&self.b) + o.c * k(&self.c);
-        Self {
-            a: column(|v| v.x),
-            b: column(|v| v.y),
-            c: column(|v| v.z),
-        }
-    }
-
-    /// `R diag(d) R^T` of a rotation `R`.
-    #[inline(always)]
-    pub(super) fn turned_diagonal(&self, d: [f32; 3]) -> Self {
-        let d = V3::all(d);
-        let scaled = |r: V3| V3::new(r.x * d.x, r.y * d.y, r.z * d.z);
-        let (a, b, c) = (scaled(self.a), scaled(self.b), scaled(self.c));
-        let (ab, ac, bc) = (a.dot(self.b), a.dot(self.c), b.dot(self.c));
-        Self {
-            a: V3::new(a.dot(self.a), ab, ac),
-            b: V3::new(ab, b.dot(self.b), bc),
-            c: V3::new(ac, bc, c.dot(self.c)),
-        }
-    }
-}
-
-/// A unit quaternion of each of eight trials, scalar first.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Turn {
-    pub w: F,
-    pub v: V3,
-}
-
-impl Turn {
-    pub(super) fn gather(turns: &[UnitQuaternion<f64>; LANES]) -> Self {
-        let of = |pick: fn(&UnitQuaternion<f64>) -> f64| F::new(std::array::from_fn(|k| pick(&turns[k]) as f32));
-        Self {
-            w: of(|q| q.w),
-            v: V3::new(of(|q| q.i), of(|q| q.j), of(|q| q.k)),
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn matrix(&self) -> M3 {
-        let (w, V3 { x, y, z }) = (self.w, self.v);
-        let (x2, y2, z2) = (x + x, y + y, z + z);
-        let (xx, yy, zz) = (x * x2, y * y2, z * z2);
-        let (xy, xz, yz) = (x * y2, x * z2, y * z2);
-        let (wx, wy, wz) = (w * x2, w * y2, w * z2);
-        let one = all(1.0);
-        M3 {
-            a: V3::new(one - yy - zz, xy - wz, xz + wy),
-            b: V3::new(xy + wz, one - xx - zz, yz - wx),
-            c: V3::new(xz - wy, yz + wx, one - xx - yy),
-        }
-    }
-
-    /// After turning with the angular velocity `w` (world axes) for `h`.
-    #[inline(always)]
-    pub(super) fn advanced(&self, w: V3, h: F) -> Self {
-        let d = w * (h * all(0.5));
-        let turned = Self {
-            w: self.w - d.dot(self.v),
-            v: self.v + d * self.w + d.cross(self.v),
-        };
-        let scale = all(1.0) / (turned.w * turned.w + turned.v.norm2()).sqrt();
-        Self {
-            w: turned.w * scale,
-            v: turned.v * scale,
-        }
-    }
-}
-
-/// Vectors of eight trials, side by side.
-pub(super) fn gather(vectors: &[Vector3<f64>; LANES]) -> V3 {
-    let of = |axis: usize| F::new(std::array::from_fn(|k| vectors[k][axis] as f32));
-    V3::new(of(0), of(1), of(2))
 }

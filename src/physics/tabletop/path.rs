@@ -19,6 +19,8 @@ pub(super) struct Row {
 #[derive(Clone, Debug)]
 pub struct Path {
     rows: Vec<Row>,
+    /// Whether the tool turns on its way.
+    pub(super) turns: bool,
     places: Vec<Vector3<f64>>,
 }
 
@@ -53,6 +55,7 @@ impl Path {
         };
         Some(Self {
             rows: (0..=steps).map(row).collect(),
+            turns: poses.iter().any(|p| p.rotation != poses[0].rotation),
             places: (0..=steps).map(|k| at(k as f64 * STEP).translation.vector).collect(),
         })
     }

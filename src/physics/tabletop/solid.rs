@@ -254,6 +254,22 @@ pub(super) enum Shape {
     Hull(Polytope),
 }
 
+impl Shape {
+    /// A length that it reaches from its origin in every direction at least, m.
+    pub(super) fn narrowest(&self) -> f32 {
+        match self {
+            Self::Ball(radius) => *radius,
+            Self::Box(h) => h[0].min(h[1]).min(h[2]),
+            Self::Cylinder(radius, half) => radius.min(*half),
+            Self::Hull(hull) => {
+                let least = hull.planes.iter().map(|(_, d)| *d).fold(f32::INFINITY, f32::min);
+                // Outside of it no such length is known; faces that were merged leave a little less than they say.
+                if least > 0.0 { 0.9 * least } else { f32::NEG_INFINITY }
+            }
+        }
+    }
+}
+
 /// A tool of known shape: convex parts in its frame.
 #[derive(Clone, Debug)]
 pub struct Tool {

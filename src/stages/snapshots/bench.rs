@@ -60,6 +60,8 @@ pub struct Bench {
     pub place_sd: f64,
     /// m/s².
     pub gravity: Vector3<f64>,
+    /// What is believed of its mass before any force: median, kg, and standard deviation of the logarithm.
+    pub mass: (f64, f64),
 }
 
 impl Bench {

@@ -1,6 +1,6 @@
 //! What can be set for the inference from snapshots.
 
-use super::LearntPrior;
+use super::{Keeper, LearntPrior};
 use crate::base::{Error, Result};
 
 /// Settings of the inference from snapshots; the defaults need no change.
@@ -33,13 +33,15 @@ pub struct Config {
     pub contraction: f64,
     /// What was learnt from things already seen.
     pub learnt: Option<LearntPrior>,
+    /// Where searches go on from, and are put down after every evaluation.
+    pub keeper: Option<Keeper>,
 }
 
 impl Default for Config {
     fn default() -> Self {
         Self {
             evaluations: 40,
-            simulations: 480,
+            simulations: 960,
             rounds: 5,
             points: 72,
             shared_error: 0.6,
@@ -51,6 +53,7 @@ impl Default for Config {
             density: (700.0, 0.7),
             contraction: 0.5,
             learnt: None,
+            keeper: None,
         }
     }
 }

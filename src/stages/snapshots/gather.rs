@@ -288,8 +288,14 @@ fn bench_of(scene: &Scene, name: &str) -> Option<Bench> {
     let Scene { capture, model, .. } = scene;
     let link = model.twin.link(name)?;
     let mesh = model.meshes.get(link.mesh.as_ref()?)?;
+    let known = capture.prior(name).and_then(|b| b.mass.map(|m| (m, b.mass_sd)));
+    let (density, log_sd) = scene.config.density;
     Some(Bench {
         name: name.to_owned(),
+        mass: match known {
+            Some((mass, sd)) => (mass, (sd.unwrap_or(0.0) / mass).max(0.01)),
+            None => ((density * mesh.volume().abs()).max(1e-4), log_sd),
+        },
         solid: Solid::of(mesh)?,
         tools: Vec::new(),
         groups: Vec::new(),

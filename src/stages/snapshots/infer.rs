@@ -5,13 +5,14 @@ use rand_distr::{Distribution, StandardNormal, StudentT};
 
 use super::Config;
 use super::bench::Bench;
+use super::course::{Keeper, Of};
 use super::effects::{Effect, Gaussian, energy_distance};
 use super::gather::{STAGE, gather, holds_snapshots_only};
 use super::learnt::{Seen, ShapeClass};
 use super::posterior::{Marginal, Posterior, posterior};
 use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
-use super::search::Search;
-use super::space::{DIMENSIONS, Scores, Space};
+use super::search::{Guess, Search, start_point};
+use super::space::{DIMENSIONS, Prior, Scales, Scores, Space};
 use super::write::write_link;
 use crate::base::{Notices, Result, Seed, Status, rng_for};
 use crate::capture::Capture;
@@ -21,8 +22,13 @@ use crate::twin::Model;
 
 /// Draws of the posterior by which predictions are made.
 const DRAWS: usize = 48;
-/// Share of the optimiser's budget that goes to space-filling points.
-const FIRST: f64 = 0.25;
+/// Space-filling points with which a search begins: the same for every budget, so that a longer search goes on from a shorter
+/// one.
+const FIRST: usize = 10;
+/// Evaluations at draws of what is believed beforehand, where things of its kind are known.
+const GUIDED: usize = 4;
+/// Share of the prior's spread above which a parameter's data say next to nothing for other things either.
+const SAYS: f64 = 0.9;
 
 /// Infers friction and its companions from snapshot pairs and writes them into the links of `model`. Nothing where the
 /// capture holds other tracks as well, or nothing that a tool moved.
@@ -54,11 +60,19 @@ pub fn infer(
         if known.is_some() {
             space.priors[0] = plain.priors[0];
         }
-        let Some((mut thing, posterior)) = study(bench, &space, config, seed) else {
+        let scales = Scales {
+            prior: space,
+            search: plain,
+        };
+        let search = match &config.keeper {
+            Some(keeper) => kept(bench, &scales, config, seed, &capture.digest, keeper)?,
+            None => optimise(bench, &scales.search, config, seed, fresh(seed, &scales)),
+        };
+        let Some((mut thing, posterior)) = study(bench, &scales, config, seed, &search) else {
             notices.warn(STAGE, &bench.name, "every trial was held out: nothing is left to fit");
             continue;
         };
-        write_link(capture, model, bench, &space, &posterior, &thing, config, seed, notices);
+        write_link(capture, model, bench, &posterior, &thing, config, notices);
         thing.seen.material = material.map(str::to_owned);
         thing.weighed = model
             .twin
@@ -70,27 +84,62 @@ pub fn infer(
     Ok(Some(Snapshots { things }))
 }
 
-/// Search, posterior and predictions of one thing; nothing where no trial may be fitted.
-pub fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -> Option<(ThingResult, Posterior)> {
+/// A search that nothing was evaluated for yet; it begins where things of its kind were, if any are known.
+pub fn fresh(seed: Seed, scales: &Scales) -> Search {
+    if scales.prior == scales.search {
+        return Search::new(seed, FIRST);
+    }
+    let level = |score: f64| scales.to_search(&[score; DIMENSIONS]);
+    let (low, high) = (level(-1.0), level(1.0));
+    let start = |n: usize| match n {
+        0 => level(0.0),
+        _ => scales.to_search(&start_point(n, seed.0)),
+    };
+    let guess = Guess {
+        starts: (0..GUIDED).map(start).collect(),
+        middle: level(0.0),
+        sd: std::array::from_fn(|k| (0.5 * (high[k] - low[k])).max(0.05)),
+    };
+    Search::guided(seed, guess)
+}
+
+/// A search that goes on from where it was put down, and is put down after every evaluation.
+fn kept(bench: &Bench, scales: &Scales, config: &Config, seed: Seed, capture: &str, keeper: &Keeper) -> Result<Search> {
+    let thing = &bench.name;
+    let of = Of {
+        capture,
+        seed,
+        thing,
+        space: &scales.prior,
+    };
+    let mut search = keeper.take_up(&of, fresh(seed, scales))?;
+    while search.evaluations.len() < config.evaluations && evaluate(bench, &scales.search, config, seed, &mut search) {
+        keeper.put_down(&of, &search)?;
+    }
+    Ok(search)
+}
+
+/// Posterior, predictions and course of one thing after a search; nothing where no trial may be fitted.
+pub fn study(
+    bench: &Bench,
+    scales: &Scales,
+    config: &Config,
+    seed: Seed,
+    search: &Search,
+) -> Option<(ThingResult, Posterior)> {
     let fitted = bench.fitted();
     if fitted.is_empty() {
         return None;
     }
-    let search = optimise(
-        bench,
-        space,
-        config,
-        seed,
-        Search::new(seed, (FIRST * config.evaluations as f64) as usize),
-    );
+    let space = &scales.prior;
     let mut order: Vec<_> = search.evaluations.iter().collect();
     order.sort_by(|a, b| a.divergence.total_cmp(&b.divergence));
-    let guesses: Vec<Scores> = order.iter().take(4).map(|e| e.at).collect();
+    let guesses: Vec<Scores> = order.iter().take(4).map(|e| scales.to_prior(&e.at)).collect();
     let found = posterior(bench, space, config, &guesses, seed)?;
     let marginals = std::array::from_fn(|k| found.marginal(space, k));
     let best = order.first().map_or([0.0; DIMENSIONS], |e| e.at);
-    let values = |at: &Scores| std::array::from_fn(|k| space.priors[k].value(at[k]));
-    let steps = steps(bench, space, config, &search, seed);
+    let values = |of: &Space, at: &Scores| std::array::from_fn(|k| of.priors[k].value(at[k]));
+    let steps = steps(bench, &scales.search, config, search, seed);
     let groups = (0..bench.groups.len())
         .map(|g| predict(bench, g, space, &found, seed))
         .collect();
@@ -102,15 +151,21 @@ pub fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -> Optio
         groups,
         search: steps,
         marginals,
-        before: values(&[0.0; DIMENSIONS]),
+        before: values(space, &[0.0; DIMENSIONS]),
         fixed: marginals.map(|m| m.contraction < config.contraction),
         seen: Seen {
             shape: ShapeClass::of(&bench.solid),
             material: None,
-            told: std::array::from_fn(|k| told(&marginals[k], marginals[k].contraction < config.contraction)),
+            told: std::array::from_fn(|k| {
+                told(
+                    &marginals[k],
+                    &space.priors[k],
+                    marginals[k].contraction < config.contraction,
+                )
+            }),
         },
         weighed: false,
-        best: values(&best),
+        best: values(&scales.search, &best),
         share: found.share,
         effective: found.effective,
         simulated,
@@ -118,9 +173,19 @@ pub fn study(bench: &Bench, space: &Space, config: &Config, seed: Seed) -> Optio
     Some((thing, found))
 }
 
-/// The logarithm of a parameter with its standard deviation, where the data fix it.
-fn told(m: &Marginal, fixed: bool) -> Option<(f64, f64)> {
-    fixed.then(|| (m.median.ln(), (m.ci95[1] / m.ci95[0]).ln() / (2.0 * 1.96)))
+/// What the data alone say of the logarithm of a parameter, with its standard deviation: the posterior without its prior.
+/// Nothing where they say next to nothing.
+fn told(m: &Marginal, prior: &Prior, fixed: bool) -> Option<(f64, f64)> {
+    let (middle, spread) = (m.median.ln(), (m.ci95[1] / m.ci95[0]).ln() / (2.0 * 1.96));
+    match prior {
+        Prior::LogNormal(median, sd) if m.contraction < SAYS => {
+            let (after, before) = (spread.powi(-2), sd.powi(-2));
+            let alone = (after - before).max(0.1 * before);
+            Some(((after * middle - before * median.ln()) / alone, alone.powf(-0.5)))
+        }
+        Prior::LogUniform(..) if fixed => Some((middle, spread)),
+        _ => None,
+    }
 }
 
 fn draws_of(trials: usize, simulations: usize) -> usize {
@@ -132,8 +197,9 @@ pub(super) fn floor(bench: &Bench) -> f64 {
     (std::f64::consts::SQRT_2 * bench.place_sd).max(2e-3)
 }
 
-/// The mean divergence of the measured from the simulated effects over the groups that are held out, or that are not.
-pub(super) fn divergence(
+/// The mean divergence (nats) of the measured from the simulated effects over the groups that are held out, or that are not;
+/// nothing where there are none. Starts are drawn afresh for every `round`.
+pub fn divergence(
     bench: &Bench,
     point: &Coefficients,
     held_out: bool,
@@ -159,15 +225,19 @@ pub(super) fn divergence(
 
 /// Goes on with a search until its budget is spent.
 pub fn optimise(bench: &Bench, space: &Space, config: &Config, seed: Seed, mut search: Search) -> Search {
-    while search.evaluations.len() < config.evaluations {
-        let (at, by) = search.ask();
-        let round = search.evaluations.len() + 1;
-        let Some(value) = divergence(bench, &space.coefficients(&at), false, config, seed, round) else {
-            break;
-        };
+    while search.evaluations.len() < config.evaluations && evaluate(bench, space, config, seed, &mut search) {}
+    search
+}
+
+/// One evaluation more; false where no trial may be fitted.
+fn evaluate(bench: &Bench, space: &Space, config: &Config, seed: Seed, search: &mut Search) -> bool {
+    let (at, by) = search.ask();
+    let round = search.evaluations.len() + 1;
+    let found = divergence(bench, &space.coefficients(&at), false, config, seed, round);
+    if let Some(value) = found {
         search.tell(at, value, by);
     }
-    search
+    found.is_some()
 }
 
 /// The course of the search, with the held-out divergence wherever it improved.

@@ -2,12 +2,14 @@
 
 mod bench;
 mod config;
+mod course;
 mod diagnose;
 mod effects;
 mod evidence;
 mod gather;
 mod infer;
 mod learnt;
+mod likelihood;
 mod posterior;
 mod process;
 mod report;
@@ -17,12 +19,13 @@ mod write;
 
 pub use bench::{Bench, Group, Measured};
 pub use config::Config;
+pub use course::{Begun, Course, Keeper};
 pub use effects::{Effect, Gaussian, energy_distance};
 pub use gather::{gather, holds_snapshots_only};
-pub use infer::{infer, optimise, study};
+pub use infer::{divergence, fresh, infer, optimise, study};
 pub use learnt::{Kind, LearntPrior, Seen, ShapeClass};
 pub use posterior::{Marginal, Posterior, posterior};
 pub use process::Process;
 pub use report::{GroupResult, SearchStep, Snapshots, ThingResult};
-pub use search::{Evaluation, Search};
-pub use space::{DIMENSIONS, NAMES, Prior, Scores, Space, UNITS};
+pub use search::{Evaluation, Guess, Search};
+pub use space::{DIMENSIONS, NAMES, Prior, Scales, Scores, Space, UNITS};

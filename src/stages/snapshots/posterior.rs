@@ -1,8 +1,7 @@
 //! What the snapshots say of the parameters: a posterior by simulation, with what they do not fix left as wide as before.
 //!
-//! The likelihood of a measured displacement is the mean of Student-t bells about displacements simulated from starts drawn
-//! afresh. Their width is the snapshots' noise and a share of the travel by which the simulation itself may be off; that
-//! share is inferred too. Errors of the simulation are common to the trials of one tool and action, so that n of them
+//! The likelihood ([`super::likelihood`]) knows the snapshots' noise and a share of the travel by which the simulation itself
+//! may be off; that share is inferred too. Errors of the simulation are common to the trials of one tool and action, so that n of them
 //! count as `n / (1 + (n - 1) rho)` (a coarsened likelihood, Miller and Dunson 2019). The posterior is sampled by
 //! population Monte Carlo (Cappé et al. 2004) with the weights of the deterministic mixture (Owen and Zhou 2000).
 
@@ -12,15 +11,12 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::Config;
 use super::bench::Bench;
+use super::likelihood::{Level, SHARES, counts, level, log_sum};
 use super::space::{DIMENSIONS, Scores, Space};
 use crate::base::{Seed, rng_for};
 
-/// Shares of the travel by which the simulation may be off, one a factor two above the other.
-const SHARES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
-/// Error of contact geometry that no snapshot noise covers, m.
-const GEOMETRY: f64 = 1e-3;
-/// Degrees of freedom of the bells.
-const FREEDOM: f64 = 4.0;
+/// Draws of a trial's unknown start at a point, at most.
+const MOST_DRAWS: usize = 16;
 /// Share of the proposals that go on coming from the prior, and widening of the others.
 const FRESH: f64 = 0.15;
 const WIDEN: f64 = 1.3;
@@ -38,6 +34,8 @@ pub struct Posterior {
     pub share: f64,
     /// Number of equally weighted points that the weights are worth.
     pub effective: f64,
+    /// Logarithm of the mass (kg) at each point, with its variance, where recorded forces tell it.
+    pub mass: Option<Vec<(f64, f64)>>,
     /// Power below 1 to which the likelihood was raised where the weights would have been worth too few points.
     pub power: f64,
 }
@@ -63,6 +61,7 @@ impl Posterior {
             weights: vec![1.0 / count.max(1) as f64; count],
             share: SHARES[SHARES.len() / 2],
             effective: count as f64,
+            mass: None,
             power: 1.0,
         }
     }
@@ -83,6 +82,14 @@ impl Posterior {
             ci95: [of(0.025), of(0.975)],
             contraction: spread,
         }
+    }
+
+    /// Mean and variance of the logarithm of the mass, where recorded forces tell it.
+    pub fn log_mass(&self) -> Option<(f64, f64)> {
+        let masses = self.mass.as_ref()?;
+        let each = || masses.iter().zip(&self.weights);
+        let mean: f64 = each().map(|(m, w)| w * m.0).sum();
+        Some((mean, each().map(|(m, w)| w * (m.1 + (m.0 - mean).powi(2))).sum()))
     }
 
     /// The weighted mean of a function of the points.
@@ -154,14 +161,6 @@ fn log_prior(at: &Scores) -> f64 {
     -0.5 * at.iter().map(|x| x * x).sum::<f64>() - 0.5 * DIMENSIONS as f64 * std::f64::consts::TAU.ln()
 }
 
-fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
-    if most == f64::NEG_INFINITY {
-        return most;
-    }
-    most + values.map(|v| (v - most).exp()).sum::<f64>().ln()
-}
-
 /// Samples the posterior. `guesses` are points where the first proposals are put besides the prior, such as the
 /// optimiser's; the fitted trials of `bench` alone are looked at.
 pub fn posterior(bench: &Bench, space: &Space, config: &Config, guesses: &[Scores], seed: Seed) -> Option<Posterior> {
@@ -169,26 +168,24 @@ pub fn posterior(bench: &Bench, space: &Space, config: &Config, guesses: &[Score
     if fitted.is_empty() {
         return None;
     }
-    let draws = if config.simulations >= 6 * fitted.len() { 8 } else { 4 };
+    let draws = (config.simulations / fitted.len()).clamp(4, MOST_DRAWS);
     let mut rng = rng_for(seed, &format!("snapshots/posterior/{}", bench.name));
     let mut points: Vec<Scores> = Vec::new();
-    let mut levels: Vec<[f64; SHARES.len()]> = Vec::new();
+    let mut levels: Vec<Level> = Vec::new();
+    let counts = counts(bench, &fitted, config.shared_error);
     let mut rounds: Vec<(usize, Vec<Kernel>)> = Vec::new();
     for round in 0..config.rounds {
         let kernels = if round == 0 {
             about(guesses)
         } else {
-            proposal(&points, &levels, &rounds, bench)
+            proposal(&points, &levels, &rounds)
         };
         let count = if round == 0 { 2 * config.points } else { config.points };
         let new: Vec<Scores> = (0..count).map(|i| one_of(&kernels, i, &mut rng)).collect();
         rounds.push((count, kernels));
         let coefficients: Vec<_> = new.iter().map(|p| space.coefficients(p)).collect();
         let found = bench.outcomes(&fitted, &coefficients, draws, seed, 0);
-        levels.extend(found.iter().map(|by_trial| {
-            let simulated: Vec<Vec<_>> = by_trial.iter().map(|t| t.iter().map(|(e, _)| *e).collect()).collect();
-            log_likelihoods(bench, &fitted, &simulated, config.shared_error)
-        }));
+        levels.extend(found.iter().map(|by_trial| level(bench, &fitted, by_trial, &counts)));
         points.extend(new);
     }
     Some(weigh(points, &levels, &rounds))
@@ -214,12 +211,7 @@ fn kernel(middle: Vector4<f64>, covariance: Matrix4<f64>) -> Option<Kernel> {
 }
 
 /// Kernels about points drawn by tempered weights, as wide as those points spread.
-fn proposal(
-    points: &[Scores],
-    levels: &[[f64; SHARES.len()]],
-    rounds: &[(usize, Vec<Kernel>)],
-    _bench: &Bench,
-) -> Vec<Kernel> {
+fn proposal(points: &[Scores], levels: &[Level], rounds: &[(usize, Vec<Kernel>)]) -> Vec<Kernel> {
     let found = weigh_at_least(points.to_vec(), levels, rounds, TEMPER * points.len() as f64 / 2.0);
     let mean = (0..points.len())
         .map(|i| Vector4::from(points[i]) * found.weights[i])
@@ -240,34 +232,6 @@ fn proposal(
         .collect();
     kernels.extend(kernel(mean, spread * WIDEN));
     kernels
-}
-
-/// The log likelihood at each share of model error. `simulated` by trial and draw.
-fn log_likelihoods(
-    bench: &Bench,
-    fitted: &[usize],
-    simulated: &[Vec<super::Effect>],
-    shared: f64,
-) -> [f64; SHARES.len()] {
-    let sizes: Vec<usize> = (0..bench.groups.len())
-        .map(|g| fitted.iter().filter(|i| bench.trials[**i].group == g).count())
-        .collect();
-    let noise = 2.0 * bench.place_sd.powi(2) + GEOMETRY.powi(2);
-    let mut out = [0.0; SHARES.len()];
-    for (number, i) in fitted.iter().enumerate() {
-        let trial = &bench.trials[*i];
-        let n = sizes[trial.group] as f64;
-        let counts = 1.0 / (1.0 + (n - 1.0) * shared);
-        for (value, share) in out.iter_mut().zip(SHARES) {
-            let bells = simulated[number].iter().map(|effect| {
-                let variance = noise + (share * effect.norm()).powi(2);
-                let squared = (trial.effect - effect).norm_squared() / variance;
-                -variance.ln() - 0.5 * (FREEDOM + 2.0) * (1.0 + squared / FREEDOM).ln()
-            });
-            *value += counts * (log_sum(bells) - (simulated[number].len() as f64).ln());
-        }
-    }
-    out
 }
 
 /// Log weights by the deterministic mixture of all rounds' proposals, without the likelihood.
@@ -293,23 +257,18 @@ fn log_base(points: &[Scores], rounds: &[(usize, Vec<Kernel>)]) -> Vec<f64> {
     points.iter().map(|p| log_prior(p) - density(p)).collect()
 }
 
-fn weigh(points: Vec<Scores>, levels: &[[f64; SHARES.len()]], rounds: &[(usize, Vec<Kernel>)]) -> Posterior {
+fn weigh(points: Vec<Scores>, levels: &[Level], rounds: &[(usize, Vec<Kernel>)]) -> Posterior {
     weigh_at_least(points, levels, rounds, 40.0)
 }
 
 /// The weights; where they would be worth fewer than `least` points, those of a likelihood raised to a power below 1.
-fn weigh_at_least(
-    points: Vec<Scores>,
-    levels: &[[f64; SHARES.len()]],
-    rounds: &[(usize, Vec<Kernel>)],
-    least: f64,
-) -> Posterior {
+fn weigh_at_least(points: Vec<Scores>, levels: &[Level], rounds: &[(usize, Vec<Kernel>)], least: f64) -> Posterior {
     let base = log_base(&points, rounds);
     let at_power = |power: f64| {
         let logs: Vec<f64> = base
             .iter()
             .zip(levels)
-            .map(|(b, l)| b + log_sum(l.iter().map(|v| power * v).collect::<Vec<_>>().into_iter()))
+            .map(|(b, l)| b + log_sum(l.log.iter().map(|v| power * v)))
             .collect();
         let total = log_sum(logs.iter().copied());
         let weights: Vec<f64> = logs.iter().map(|l| (l - total).exp()).collect();
@@ -327,22 +286,35 @@ fn weigh_at_least(
         }
     }
     let share = share_of(levels, &weights, power);
+    let mass = levels.iter().map(|l| mass_at(l, power)).collect();
     Posterior {
         points,
         weights,
         share,
         effective,
+        mass,
         power,
     }
 }
 
+/// The logarithm of the mass at a point over the shares of error: mean and variance.
+fn mass_at(level: &Level, power: f64) -> Option<(f64, f64)> {
+    let masses = level.mass?;
+    let total = log_sum(level.log.iter().map(|v| power * v));
+    let odds = level.log.map(|v| (power * v - total).exp());
+    let mean: f64 = odds.iter().zip(masses).map(|(o, m)| o * m.0).sum();
+    let each = odds.iter().zip(masses);
+    Some((mean, each.map(|(o, m)| o * (m.1 + (m.0 - mean).powi(2))).sum()))
+}
+
 /// The geometric posterior mean of the share of model error.
-fn share_of(levels: &[[f64; SHARES.len()]], weights: &[f64], power: f64) -> f64 {
+fn share_of(levels: &[Level], weights: &[f64], power: f64) -> f64 {
     let mut mean = 0.0;
     for (level, weight) in levels.iter().zip(weights) {
-        let total = log_sum(level.iter().map(|v| power * v).collect::<Vec<_>>().into_iter());
+        let total = log_sum(level.log.iter().map(|v| power * v));
         mean += weight
             * level
+                .log
                 .iter()
                 .zip(SHARES)
                 .map(|(v, s)| (power * v - total).exp() * s.ln())

@@ -2,7 +2,9 @@
 //!
 //! Expected improvement, probability of improvement and lower confidence bound each propose a point; one of them is
 //! taken with odds `softmax(eta g)`, where the gain `g` of each falls by what the refitted process expects at its own
-//! proposal (Hoffman, Brochu and de Freitas 2011; Lima et al. 2019, section III B).
+//! proposal (Hoffman, Brochu and de Freitas 2011; Lima et al. 2019, section III B). Where something is believed beforehand of
+//! where the least is, the acquisitions are weighted by that belief to a power that falls with every evaluation (Hvarfner et
+//! al. 2022).
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -19,6 +21,8 @@ const EDGE: f64 = 2.5;
 const CANDIDATES: usize = 400;
 /// Trade of the lower confidence bound, and temper of the choice between the acquisitions.
 const BETA: f64 = 1.96;
+/// How many evaluations a belief beforehand is worth.
+const BELIEF: f64 = 5.0;
 const ETA: f64 = 1.0;
 
 /// One evaluated point.
@@ -43,12 +47,34 @@ pub struct Search {
     proposals: Option<[Scores; 3]>,
     hyper: Option<Vec<f64>>,
     seed: u64,
+    /// What is believed of where the least is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    guess: Option<Guess>,
+}
+
+/// A belief of where the least is, from things already seen: on the search's scale.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Guess {
+    /// Points to evaluate first.
+    pub starts: Vec<Scores>,
+    /// Middle.
+    pub middle: Scores,
+    /// Standard deviations.
+    pub sd: Scores,
+}
+
+impl Guess {
+    /// Logarithm of its density, up to a constant.
+    fn log(&self, at: &Scores) -> f64 {
+        let each = at.iter().zip(self.middle).zip(self.sd);
+        -0.5 * each.map(|((x, m), s)| ((x - m) / s).powi(2)).sum::<f64>()
+    }
 }
 
 const ACQUISITIONS: [&str; 3] = ["EI", "PI", "LCB"];
 
 impl Search {
-    /// A new search that begins with `first` points of a space-filling sequence.
+    /// A new search that begins with the prior's median and further points of a space-filling sequence, `first` in all.
     pub fn new(seed: Seed, first: usize) -> Self {
         Self {
             evaluations: Vec::new(),
@@ -57,6 +83,16 @@ impl Search {
             proposals: None,
             hyper: None,
             seed: seed.0,
+            guess: None,
+        }
+    }
+
+    /// A new search that begins where it is believed that the least is.
+    pub fn guided(seed: Seed, guess: Guess) -> Self {
+        Self {
+            first: guess.starts.len(),
+            guess: Some(guess),
+            ..Self::new(seed, 0)
         }
     }
 
@@ -72,7 +108,12 @@ impl Search {
         let n = self.evaluations.len();
         let process = (n >= self.first.max(2)).then(|| self.process()).flatten();
         let Some(process) = process else {
-            return (start_point(n, self.seed), "start");
+            let believed = self.guess.as_ref().and_then(|g| g.starts.get(n).copied());
+            let at = match n {
+                0 => [0.0; DIMENSIONS],
+                _ => start_point(n, self.seed),
+            };
+            return (believed.unwrap_or(at), "start");
         };
         self.hyper = Some(process.hyper().to_vec());
         if let Some(old) = self.proposals {
@@ -125,8 +166,16 @@ impl Search {
             .fold(f64::INFINITY, f64::min);
         let best = self.best().map_or([0.0; DIMENSIONS], |e| e.at);
         let mut found = [(f64::NEG_INFINITY, best); 3];
+        let (_, scale, _) = process.lengths();
+        let power = BELIEF / self.evaluations.len().max(1) as f64;
         for i in 0..CANDIDATES {
-            let at: Scores = if i % 2 == 0 {
+            let believed = self.guess.as_ref().filter(|_| i % 4 == 0);
+            let at: Scores = if let Some(guess) = believed {
+                std::array::from_fn(|k| {
+                    let z: f64 = StandardNormal.sample(rng);
+                    (guess.middle[k] + guess.sd[k] * z).clamp(-EDGE, EDGE)
+                })
+            } else if i % 2 == 0 {
                 std::array::from_fn(|_| rng.random_range(-EDGE..EDGE))
             } else {
                 let width = [0.6, 0.2, 0.05][i / 2 % 3];
@@ -135,7 +184,8 @@ impl Search {
                     (best[k] + width * z).clamp(-EDGE, EDGE)
                 })
             };
-            let values = acquisitions(process.predict(&at), least);
+            let belief = self.guess.as_ref().map_or(0.0, |g| power * g.log(&at));
+            let values = acquisitions(process.predict(&at), least, belief, scale);
             for (place, value) in found.iter_mut().zip(values) {
                 if value > place.0 {
                     *place = (value, at);
@@ -146,12 +196,18 @@ impl Search {
     }
 }
 
-/// EI, PI and the negative LCB of a prediction against the least mean so far.
-fn acquisitions((mean, sd): (f64, f64), least: f64) -> [f64; 3] {
+/// The logarithms of EI and PI, and the negative LCB, of a prediction against the least mean so far, each with the
+/// logarithm of what is believed; `scale` is that of the process.
+fn acquisitions((mean, sd): (f64, f64), least: f64, belief: f64, scale: f64) -> [f64; 3] {
     let normal = Normal::standard();
     let z = (least - mean) / sd;
     let improvement = (least - mean) * normal.cdf(z) + sd * normal.pdf(z);
-    [improvement, z, -mean + BETA * sd]
+    let log = |x: f64| x.max(f64::MIN_POSITIVE).ln();
+    [
+        log(improvement) + belief,
+        log(normal.cdf(z)) + belief,
+        -mean + BETA * sd + scale * belief,
+    ]
 }
 
 /// The `n`-th point of a Halton sequence, shifted by the seed (Cranley and Patterson 1976), as normal scores.

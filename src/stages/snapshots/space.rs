@@ -1,5 +1,6 @@
 //! The parameters that outcomes depend on, and what is believed of them beforehand, as standard normal scores.
 
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Config;
@@ -12,7 +13,8 @@ pub const DIMENSIONS: usize = 4;
 pub type Scores = [f64; DIMENSIONS];
 
 /// The prior of one positive parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Prior {
     /// Median, standard deviation of the logarithm.
     LogNormal(f64, f64),
@@ -87,6 +89,44 @@ impl Space {
             yielding: YIELDING,
         }
     }
+}
+
+/// What is believed of the parameters, and the scale on which the search moves: that of a thing of which nothing is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// The prior.
+    pub prior: Space,
+    /// The search's.
+    pub search: Space,
+}
+
+impl Scales {
+    /// Both the same.
+    pub fn plain(space: Space) -> Self {
+        Self {
+            prior: space,
+            search: space,
+        }
+    }
+
+    /// A point of the prior's scale on that of the search.
+    pub fn to_search(&self, at: &Scores) -> Scores {
+        across(&self.prior, &self.search, at)
+    }
+
+    /// A point of the search's scale on that of the prior.
+    pub fn to_prior(&self, at: &Scores) -> Scores {
+        across(&self.search, &self.prior, at)
+    }
+}
+
+fn across(from: &Space, to: &Space, at: &Scores) -> Scores {
+    std::array::from_fn(|k| {
+        if from.priors[k] == to.priors[k] {
+            return at[k];
+        }
+        to.priors[k].score(from.priors[k].value(at[k])).clamp(-6.0, 6.0)
+    })
 }
 
 #[cfg(test)]

@@ -5,29 +5,21 @@ use super::bench::Bench;
 use super::gather::STAGE;
 use super::posterior::{Marginal, Posterior};
 use super::report::ThingResult;
-use super::space::Space;
-use crate::base::{Confounded, Estimate, Notices, Seed, Status};
+use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::Capture;
-use crate::math::quantile;
 use crate::twin::Model;
 
 const METHOD: &str = "bayesian-optimisation";
 
 /// Friction, rolling resistance and friction against the tool as far as the snapshots fix them; the mass from recorded
 /// forces, else assumed and said to be out of reach.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "one call, and everything that is known at its place"
-)]
 pub(super) fn write_link(
     capture: &Capture,
     model: &mut Model,
     bench: &Bench,
-    space: &Space,
     posterior: &Posterior,
     thing: &ThingResult,
     config: &Config,
-    seed: Seed,
     notices: &mut Notices,
 ) {
     let from: Vec<String> = bench.fitted().iter().map(|i| bench.trials[*i].name.clone()).collect();
@@ -39,7 +31,7 @@ pub(super) fn write_link(
         .map(|m| m.volume().abs());
     let gravity = capture.gravity.norm();
     let known_support = capture.support.as_ref().is_some_and(|s| s.friction.is_some());
-    let mass = mass_of(bench, space, posterior, seed);
+    let mass = mass_of(bench, posterior, config);
     let Some(link) = model.twin.link_mut(&bench.name) else {
         return;
     };
@@ -164,50 +156,19 @@ fn product(mass: &Estimate, mu: &Estimate, gravity: f64) -> Estimate {
     }
 }
 
-/// The mass from the impulse that the tool gave over the impulse per kg that the simulation gives, over the posterior.
-fn mass_of(bench: &Bench, space: &Space, posterior: &Posterior, seed: Seed) -> Option<Estimate> {
-    let felt: Vec<usize> = bench
-        .fitted()
-        .into_iter()
-        .filter(|i| bench.trials[*i].impulse.is_some())
-        .collect();
-    if felt.len() < 2 {
+/// The mass as the recorded forces tell it, over the posterior; nothing where they leave most of the prior's spread.
+fn mass_of(bench: &Bench, posterior: &Posterior, config: &Config) -> Option<Estimate> {
+    let (middle, variance) = posterior.log_mass()?;
+    let log_sd = variance.sqrt();
+    if log_sd > config.contraction * config.density.1 {
         return None;
     }
-    let points: Vec<_> = posterior.draw(48).iter().map(|p| space.coefficients(p)).collect();
-    let found = bench.outcomes(&felt, &points, 4, seed, 0);
-    let mut logs = Vec::new();
-    for by_trial in &found {
-        let each: Vec<f64> = felt
-            .iter()
-            .zip(by_trial)
-            .filter_map(|(i, draws)| {
-                let per_kg = draws.iter().map(|(_, o)| o.impulse.norm()).sum::<f64>() / draws.len() as f64;
-                let (impulse, _) = bench.trials[*i].impulse?;
-                (per_kg > 1e-6).then(|| (impulse / per_kg).ln())
-            })
-            .collect();
-        logs.push((
-            crate::math::median(&each)?,
-            crate::math::mad_sd(&each).unwrap_or(0.0) / (each.len() as f64).sqrt(),
-        ));
-    }
-    let middles: Vec<f64> = logs.iter().map(|l| l.0).collect();
-    let value = crate::math::median(&middles)?;
-    let spread = middles.iter().map(|m| (m - value).powi(2)).sum::<f64>() / middles.len() as f64;
-    let scatter = quantile(&logs.iter().map(|l| l.1).collect::<Vec<_>>(), 0.5)?;
-    // The simulation's own error in an impulse is that of its travel: both come from the same speeds.
-    let log_sd = (spread + scatter * scatter + (0.5 * posterior.share).powi(2) + 0.02f64.powi(2)).sqrt();
-    let (mass, factor) = (value.exp(), (1.96 * log_sd).exp());
-    let from = felt.iter().map(|i| bench.trials[*i].name.clone()).collect();
-    Some(
-        Estimate::measured(
-            mass,
-            mass * log_sd,
-            "kg",
-            from,
-            "impulse of the tool, bayesian-optimisation",
-        )
-        .with_interval([mass / factor, mass * factor]),
-    )
+    let felt = bench
+        .fitted()
+        .into_iter()
+        .filter(|i| bench.trials[*i].impulse.is_some());
+    let from = felt.map(|i| bench.trials[i].name.clone()).collect();
+    let (mass, factor) = (middle.exp(), (1.96 * log_sd).exp());
+    let method = "impulse of the tool, bayesian-optimisation";
+    Some(Estimate::measured(mass, mass * log_sd, "kg", from, method).with_interval([mass / factor, mass * factor]))
 }

@@ -1,0 +1,221 @@
+//! Things in MuJoCo with three tools and four actions: the claim of the paper, errors, intervals, the learnt prior.
+
+use std::path::{Path, PathBuf};
+
+use palpate::base::{Notices, Progress, Seed};
+use palpate::capture::{Capture, read_capture};
+use palpate::pipeline::{Options, Pass, build};
+use palpate::stages::snapshots::{
+    Bench, Config, LearntPrior, Scales, Search, Seen, Space, ThingResult, divergence, fresh, gather, optimise, study,
+};
+use serde_json::Value;
+
+use super::{cpu, python};
+
+/// What the things are made of, in turn, and their kinds.
+const MATERIALS: [&str; 4] = ["felt", "wood", "rubber", "card"];
+const KINDS: [&str; 5] = ["box", "tall", "can", "puck", "ball"];
+/// Trials of each tool and action.
+const TRIALS: &str = "10";
+
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut out = vec![0.0; values.len()];
+    for (rank, i) in order.into_iter().enumerate() {
+        out[i] = rank as f64;
+    }
+    out
+}
+
+/// Spearman's rank correlation; not a number below three pairs.
+fn spearman(pairs: &[(f64, f64)]) -> f64 {
+    if pairs.len() < 3 {
+        return f64::NAN;
+    }
+    let (a, b): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
+    let (x, y) = (ranks(&a), ranks(&b));
+    let middle = (x.len() as f64 - 1.0) / 2.0;
+    let cross: f64 = x.iter().zip(&y).map(|(u, v)| (u - middle) * (v - middle)).sum();
+    let square: f64 = x.iter().map(|u| (u - middle).powi(2)).sum();
+    cross / square
+}
+
+/// One thing: its capture, what can be simulated, its material and true friction.
+struct Thing {
+    bench: Bench,
+    material: Option<String>,
+    friction: f64,
+}
+
+fn folder_of(k: usize) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("snapshot-things")
+        .join(k.to_string())
+}
+
+/// Thing `k`, made with MuJoCo where it is not there yet.
+fn thing(k: usize) -> Thing {
+    let out = folder_of(k);
+    if !out.join("truth.json").exists() {
+        python(&[
+            "tests/worlds/snapshot_world.py",
+            &out.display().to_string(),
+            "--seed",
+            &(500 + k).to_string(),
+            "--trials",
+            TRIALS,
+            "--thing",
+            KINDS[k % KINDS.len()],
+            "--material",
+            MATERIALS[k % MATERIALS.len()],
+        ]);
+    }
+    let truth: Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("truth.json")).expect("truth")).expect("parses");
+    let capture: Capture = read_capture(&out).expect("a capture");
+    let options = Options {
+        passes: vec![Pass::Shape],
+        ..Options::default()
+    };
+    let model = build(&capture, &options, &Progress::silent()).expect("builds").model;
+    let benches = gather(&capture, &model, &Config::default(), &mut Notices::default()).expect("gathers");
+    let bench = benches.into_values().next().expect("a thing");
+    Thing {
+        material: capture.prior(&bench.name).and_then(|b| b.material.clone()),
+        friction: truth["bodies"]["thing"]["friction_kinetic"].as_f64().expect("friction"),
+        bench,
+    }
+}
+
+/// Training and test divergence of every evaluation of the search, and whether it improved on all before.
+fn course(thing: &Thing, space: &Space, found: &ThingResult, config: &Config) -> Vec<(f64, f64, bool)> {
+    let step = |(n, s): (usize, &palpate::stages::snapshots::SearchStep)| {
+        let scores = std::array::from_fn(|k| space.priors[k].score(s.values[k]));
+        let test = divergence(&thing.bench, &space.coefficients(&scores), true, config, Seed(0), n + 1);
+        (s.train, test.expect("held out"), s.improved)
+    };
+    found.search.iter().enumerate().map(step).collect()
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.len() {
+        0 => f64::NAN,
+        n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+    }
+}
+
+/// The defaults; `PALPATE_SIMULATIONS` and `PALPATE_POINTS` change what an evaluation and the posterior cost.
+fn config() -> Config {
+    let set = |name: &str, plain: usize| std::env::var(name).map_or(plain, |v| v.parse().expect("a number"));
+    let plain = Config::default();
+    Config {
+        simulations: set("PALPATE_SIMULATIONS", plain.simulations),
+        points: set("PALPATE_POINTS", plain.points),
+        ..plain
+    }
+}
+
+/// Claim of the paper, errors, intervals; with `learnt` also what a prior from the others saves.
+pub fn lab_things(count: usize, learnt: bool) {
+    let config = config();
+    let space = Space::new(&config, None);
+    let (mut inside, mut errors, mut whole, mut improving) = (0, Vec::new(), Vec::new(), Vec::new());
+    let mut all: Vec<(Thing, Seen)> = Vec::new();
+    for k in 0..count {
+        let thing = thing(k);
+        let begin = cpu();
+        let scales = Scales::plain(space);
+        let search = optimise(&thing.bench, &space, &config, Seed(0), fresh(Seed(0), &scales));
+        let (mut found, _) = study(&thing.bench, &scales, &config, Seed(0), &search).expect("fitted trials");
+        let spent = cpu() - begin;
+        let m = &found.marginals[0];
+        let steps = course(&thing, &space, &found, &config);
+        let pairs: Vec<(f64, f64)> = steps.iter().map(|s| (s.0, s.1)).collect();
+        let better: Vec<(f64, f64)> = steps.iter().filter(|s| s.2).map(|s| (s.0, s.1)).collect();
+        whole.push(spearman(&pairs));
+        improving.push(spearman(&better));
+        inside += usize::from((m.ci95[0]..=m.ci95[1]).contains(&thing.friction));
+        if found.fixed[0] {
+            errors.push((m.median / thing.friction - 1.0).abs());
+        }
+        println!(
+            "{} {k}: friction {:.3}, told {:.3} [{:.3} {:.3}] {}; rank correlation over the search {:.2}, over its {} improvements {:.2}; \
+             test divergence {:.2} at first, {:.2} at the best; {spent:.1} CPU s",
+            KINDS[k % KINDS.len()],
+            thing.friction,
+            m.median,
+            m.ci95[0],
+            m.ci95[1],
+            if found.fixed[0] { "measured" } else { "assumed" },
+            whole[k],
+            better.len(),
+            improving[k],
+            better[0].1,
+            better[better.len() - 1].1,
+        );
+        found.seen.material = thing.material.clone();
+        all.push((thing, found.seen));
+    }
+    let within = errors.iter().filter(|e| **e < 0.1).count();
+    println!(
+        "friction called measured in {} of {count}; median error {:.1} %, at most 10 % in {within}",
+        errors.len(),
+        100.0 * median(&errors)
+    );
+    println!("95 % intervals hold the truth in {inside} of {count}");
+    for (what, values) in [("all evaluations", &whole), ("improvements alone", &improving)] {
+        let high = values.iter().filter(|r| **r >= 0.8).count();
+        println!(
+            "rank correlation of training and test divergence, {what}: median {:.2}, 0.8 or more in {high} of {count}",
+            median(values)
+        );
+    }
+    if learnt {
+        with_learnt_prior(&all);
+    }
+}
+
+/// Evaluations to the same divergence, from nothing and from what was learnt of the other things.
+fn with_learnt_prior(all: &[(Thing, Seen)]) {
+    let config = config();
+    let (mut plain, mut started) = (Vec::new(), Vec::new());
+    for (k, (thing, seen)) in all.iter().enumerate() {
+        let others: Vec<Seen> = all
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| *i != k)
+            .map(|(_, (_, s))| s.clone())
+            .collect();
+        let from_nothing = Space::new(&config, None);
+        let learnt = LearntPrior::from_seen(&others).apply(from_nothing, seen.shape, thing.material.as_deref());
+        let course = |prior: Space| {
+            let scales = Scales {
+                prior,
+                search: from_nothing,
+            };
+            optimise(&thing.bench, &from_nothing, &config, Seed(7), fresh(Seed(7), &scales))
+        };
+        let (a, b) = (course(from_nothing), course(learnt));
+        // The divergence that the search from nothing has reached after its whole budget, with a margin for its noise.
+        let target = 1.1 * a.best().expect("some").divergence + 0.02;
+        let reached = |s: &Search| {
+            let at = s.evaluations.iter().position(|e| e.divergence <= target);
+            at.map_or(config.evaluations + 1, |i| i + 1)
+        };
+        plain.push(reached(&a) as f64);
+        started.push(reached(&b) as f64);
+    }
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    println!(
+        "evaluations to the same divergence: {:.1} from nothing, {:.1} with what the others told (means of {} things; medians {:.0} and {:.0})",
+        mean(&plain),
+        mean(&started),
+        plain.len(),
+        median(&plain),
+        median(&started)
+    );
+    println!("  each: {plain:?} | {started:?}");
+}

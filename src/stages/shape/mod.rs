@@ -19,6 +19,7 @@ mod solid;
 mod split;
 mod support;
 mod track;
+mod vessel;
 mod volume;
 mod walls;
 

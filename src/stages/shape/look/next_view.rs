@@ -33,7 +33,7 @@ impl Default for NextViewConfig {
             voxel: 0.004,
             candidates: 96,
             least_views: 4,
-            least_gain: 0.004,
+            least_gain: 0.0025,
             tolerance: 0.004,
         }
     }

@@ -24,8 +24,10 @@ const OPPOSITE: f64 = 0.7;
 const UPWARD: f64 = 0.15;
 /// Least cosine between that normal and the way from a sample behind it.
 const BEHIND: f64 = 0.5;
-/// Thicknesses seen nearby over which the median is taken.
+/// Thicknesses seen nearby, and the share of them that the wall is not taken to exceed: where a handle meets the wall it is
+/// the handle's that counts.
 const AROUND: usize = 40;
+const MOST_OF: f64 = 0.8;
 /// Samples that are looked at lie within this many thicknesses of the inside that was seen.
 const REACH: f64 = 6.0;
 
@@ -134,20 +136,24 @@ impl Vessel {
         behind.then(|| near.distance - self.thickness(&near.point))
     }
 
-    /// The thickness of the walls that were seen nearest to a place.
+    /// The thickness of the walls that were seen nearest to a place, the thicker ones of them.
     fn thickness(&self, p: &Point3<f64>) -> f64 {
         let count = NonZero::new(AROUND.min(self.walls.len())).unwrap_or(NonZero::<usize>::MIN);
         let at: [f64; 3] = p.coords.into();
         let found = self.tree.query(&at).nearest_n::<SquaredEuclidean<f64>>(count).execute();
         let near = found.iter().map(|n| self.walls[n.item as usize].thickness);
-        median(near).unwrap_or(self.median)
+        quantile(near, MOST_OF).unwrap_or(self.median)
     }
 }
 
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    values.get((share * values.len() as f64) as usize).copied()
 }
 
 impl Volume {

@@ -85,6 +85,12 @@ impl SurfaceDistance {
         self.tree.intersects_local_ray(&ray, most)
     }
 
+    /// Where a ray meets the surface first, in lengths of its direction; nothing beyond `most` of them.
+    pub fn first_hit(&self, from: &Point3<f64>, direction: &Vector3<f64>, most: f64) -> Option<f64> {
+        let ray = Ray::new(to_parry(from), Vector::new(direction.x, direction.y, direction.z));
+        self.tree.cast_local_ray(&ray, most, false)
+    }
+
     /// Outward unit normal of a triangle; zero where it has no area.
     pub fn normal(&self, triangle: usize) -> Vector3<f64> {
         let t = self.tree.triangle(triangle as u32);

@@ -7,6 +7,7 @@ use super::discover::Thing;
 use super::solid::Part;
 use super::split::Split;
 use super::support::Ground;
+use super::vessel::continue_walls;
 use super::volume::{FOREIGN, Volume};
 use crate::base::{Notices, Pose, Result};
 use crate::geometry::Mesh;
@@ -35,8 +36,22 @@ pub struct Context<'a> {
     pub ground: &'a Ground,
 }
 
-/// Completes a thing of one body by its symmetry, where much of it was hidden.
+/// Completes a thing of one body: by its symmetry, where much of it was hidden, then by the walls of a vessel.
 pub fn complete(
+    volume: &mut Volume,
+    context: &Context,
+    truncation: f64,
+    find: &FindSymmetry,
+    notices: &mut Notices,
+) -> Result<()> {
+    by_symmetry(volume, context, truncation, find, notices)?;
+    if context.ground.plane.is_some() {
+        continue_walls(volume, context, notices);
+    }
+    Ok(())
+}
+
+fn by_symmetry(
     volume: &mut Volume,
     context: &Context,
     truncation: f64,

@@ -2,7 +2,6 @@
 
 mod anchor;
 mod bake;
-mod belief;
 mod complete;
 mod config;
 mod discover;
@@ -10,9 +9,8 @@ mod fields;
 mod free;
 mod furnish;
 mod fusion;
-mod gain;
 mod lens;
-mod next_view;
+mod look;
 mod principal;
 mod range;
 mod reconstruct;
@@ -21,6 +19,7 @@ mod solid;
 mod split;
 mod support;
 mod track;
+mod vessel;
 mod volume;
 mod walls;
 
@@ -38,8 +37,7 @@ pub use config::Config;
 pub use free::FreeSpace;
 pub use furnish::furnish;
 pub use fusion::{Fusion, FusionConfig, Shot};
-pub use gain::Gain;
-pub use next_view::{Decision, NextView, NextViewConfig, ViewChoice};
+pub use look::{Decision, Gain, NextView, NextViewConfig, ViewChoice};
 pub use principal::principal_views;
 pub use reconstruct::{ShapedObject, Shapes, reconstruct, reconstruct_with, seen_surface};
 pub use track::{Following, VisualTrack, follow};

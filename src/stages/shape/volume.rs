@@ -188,7 +188,7 @@ impl Volume {
         }
     }
 
-    fn neighbours(&self, place: [usize; 3]) -> impl Iterator<Item = [usize; 3]> + use<> {
+    pub fn neighbours(&self, place: [usize; 3]) -> impl Iterator<Item = [usize; 3]> + use<> {
         let size = self.size;
         (0..6).filter_map(move |n| {
             let (axis, up) = (n / 2, n % 2 == 1);

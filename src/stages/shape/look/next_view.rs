@@ -4,10 +4,13 @@ use nalgebra::{Point3, UnitVector3};
 use rayon::prelude::*;
 
 use super::belief::Belief;
-use super::gain::{Gain, expected};
+use super::expect::{Gain, Prospect};
 use crate::base::{Error, Pose, Result};
 use crate::capture::{Camera, Reach, Support, View};
 use crate::geometry::Plane;
+
+/// Sine of the elevation of the first view.
+const OVERVIEW: f64 = 0.85;
 
 /// Settings of the choice of views; the defaults need no change to run.
 #[derive(Clone, Debug)]
@@ -20,18 +23,18 @@ pub struct NextViewConfig {
     pub least_views: usize,
     /// It stops where the best view is expected to add less than this share of the surface seen so far.
     pub least_gain: f64,
-    /// How much seeing known surface better counts, against seeing new surface.
-    pub refinement: f64,
+    /// How near a reading must be to a spot of a surface that it shows it, m.
+    pub tolerance: f64,
 }
 
 impl Default for NextViewConfig {
     fn default() -> Self {
         Self {
-            voxel: 0.005,
+            voxel: 0.004,
             candidates: 96,
             least_views: 4,
-            least_gain: 0.004,
-            refinement: 0.03,
+            least_gain: 0.0025,
+            tolerance: 0.004,
         }
     }
 }
@@ -42,11 +45,12 @@ impl NextViewConfig {
     /// # Errors
     /// [`Error::Usage`] that says which.
     pub fn check(&self) -> Result<()> {
-        if self.voxel > 0.0 && self.candidates > 0 && self.least_gain >= 0.0 && self.refinement >= 0.0 {
+        if self.voxel > 0.0 && self.candidates > 0 && self.tolerance > 0.0 && self.least_gain >= 0.0 {
             return Ok(());
         }
         Err(Error::Usage(
-            "next view: the voxel and the number of candidates must be positive, the gains not negative".into(),
+            "next view: the voxel, the tolerance and the number of candidates must be positive, the gain not negative"
+                .into(),
         ))
     }
 }
@@ -109,7 +113,7 @@ impl NextView {
         }
         let plane = support.map(|s| Plane::through(&s.point, UnitVector3::new_normalize(s.normal.into_inner())));
         Ok(Self {
-            belief: Belief::new(workspace, config.voxel, plane),
+            belief: Belief::new(workspace, &config, plane),
             camera: camera.clone(),
             config,
             candidates,
@@ -122,6 +126,10 @@ impl NextView {
     /// Takes in a view of `camera`, whether it was chosen here or not.
     pub fn add(&mut self, camera: &Camera, view: &View) {
         self.belief.add(camera, view);
+        let missed = Prospect::new(&self.belief).missed(camera, &view.world_from_camera);
+        for (at, shown) in missed {
+            self.belief.miss(at, shown);
+        }
         self.taken += 1;
         if let Some((promised, before)) = self.pending.take() {
             self.record.0 += promised;
@@ -148,17 +156,11 @@ impl NextView {
         if self.taken == 0 {
             return self.first();
         }
-        let weight = self.config.refinement;
+        let prospect = Prospect::new(&self.belief);
         let gains: Vec<Gain> = self
             .candidates
             .par_iter()
-            .map(|pose| {
-                let gain = expected(&self.belief, &self.camera, pose);
-                Gain {
-                    better: weight * gain.better,
-                    ..gain
-                }
-            })
+            .map(|pose| prospect.gain(&self.camera, pose))
             .collect();
         let mut best = 0;
         for (i, gain) in gains.iter().enumerate() {
@@ -169,13 +171,13 @@ impl NextView {
         self.judge(best, gains[best])
     }
 
-    /// Nothing is known yet: an overview, half way up, from as far as the rig can go.
+    /// Nothing is known yet: an overview, steep enough to look over what stands in front, from as far as the rig can go.
     fn first(&mut self) -> Decision {
         let middle = self.middle();
         let score = |pose: &Pose| {
             let way = pose.translation.vector - middle.coords;
             let up = way.z / way.norm().max(1e-9);
-            (up - 0.75).abs() - 0.2 * way.norm()
+            (up - OVERVIEW).abs() - 0.2 * way.norm()
         };
         let pose = self
             .candidates
@@ -188,7 +190,7 @@ impl NextView {
             gain: Gain::default(),
             expected: f64::NAN,
             share: f64::NAN,
-            why: "nothing is known yet: an overview from half way up".into(),
+            why: "nothing is known yet: an overview".into(),
         }))
     }
 
@@ -230,15 +232,14 @@ impl NextView {
         let azimuth = way.y.atan2(way.x).to_degrees().rem_euclid(360.0);
         let elevation = (way.z / way.norm().max(1e-9)).asin().to_degrees();
         format!(
-            "best of {} poses: expected to add {:.1} cm² ({:.1} % of what was seen; {:.1} cm² unseen and {:.1} cm² to be \
-             seen better, by the rays), {:.0} % of its rays end on what is known well; from azimuth {azimuth:.0}°, \
+            "best of {} poses: expected to add {:.1} cm² ({:.1} % of what was seen; {:.1} cm² unseen and {:.1} cm² of what \
+             is known but was seen in part), from azimuth {azimuth:.0}°, \
              elevation {elevation:.0}°, {:.2} m away",
             self.candidates.len(),
             expected * 1e4,
             share * 100.0,
             gain.unseen * 1e4,
             gain.better * 1e4,
-            gain.known * 100.0,
             way.norm(),
         )
     }

@@ -15,6 +15,7 @@ use super::pool::relative_sd;
 use super::resolve::STAGE;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
+use crate::math::quantile;
 use crate::twin::{Joint, JointEffort, JointKind, Model};
 
 /// Writes friction, damping and spring of every joint of one freedom of the twin.
@@ -210,6 +211,8 @@ fn conclude(
         ["N·m", "N·m·s/rad", "N·m/rad", "rad"]
     };
     let Some(law) = law_of(trials, setting) else {
+        let message = "its loads do not tell its friction: move it farther, at several speeds, to and fro";
+        notices.note(STAGE, &joint.name, message);
         return Dynamics::default();
     };
     let estimate = |n: Number, unit: &str| {
@@ -229,6 +232,13 @@ fn conclude(
         });
     }
     if law.one_way && setting.tipped && friction.confounded.is_none() && relative_sd(&friction) > 0.05 {
+        if let Some(carried) = setting.carried {
+            // A density that nobody knows errs by a factor, not by a share.
+            let [less, more] = weight_open(trials, carried);
+            let half = 1.96 * friction.sd.unwrap_or(0.0);
+            let interval = [(friction.value - less - half).max(0.0), friction.value + more + half];
+            friction = friction.with_interval(interval);
+        }
         friction.status = Status::Assumed;
         friction.confounded = Some(Confounded {
             with: vec![format!("mass({})", joint.child)],
@@ -258,6 +268,23 @@ fn conclude(
         damping: law.damping.map(|d| estimate(d, units[1])),
         stiffness: law.spring.map(|s| estimate(s, units[2])),
         rest: law.rest.map(|r| estimate(r, units[3])),
+    }
+}
+
+/// By how much friction may be less and more than it seems for a weight that only adds to it, N or N·m: the weight's
+/// logarithm is known to `relative`.
+fn weight_open(trials: &[Trial], carried: &Carried) -> [f64; 2] {
+    let loads = || trials.iter().flat_map(|t| &t.loads);
+    let along: Vec<f64> = loads()
+        .map(|l| l.speed.signum() * carried.load(l.position, 0.0))
+        .collect();
+    let weight = crate::math::median(&along).unwrap_or(0.0);
+    let factor = (1.96 * carried.relative).exp();
+    let (heavier, lighter) = (weight.abs() * (factor - 1.0), weight.abs() * (1.0 - 1.0 / factor));
+    if weight > 0.0 {
+        [heavier, lighter]
+    } else {
+        [lighter, heavier]
     }
 }
 
@@ -316,7 +343,8 @@ fn trial_of(
         return None;
     }
     let mut loads = loads(interaction, cut, joint, model, config)?;
-    let fastest = loads.iter().map(|l| l.speed.abs()).fold(0.0, f64::max);
+    // Not the fastest: what was locked and snaps is for a moment faster than all that follows.
+    let fastest = quantile(&loads.iter().map(|l| l.speed.abs()).collect::<Vec<f64>>(), 0.9)?;
     let least = if joint.kind == JointKind::Prismatic { 2e-3 } else { 0.02 };
     // A joint that went far moved, however slowly.
     let [low, high] = loads.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| {

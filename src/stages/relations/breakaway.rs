@@ -27,6 +27,9 @@ const BORNE: (f64, f64) = (2.5, 2.5);
 /// Impulse of a blow over momentum at the finger's speed, for a rebound of 0.3.
 const REBOUND: f64 = 1.3;
 
+/// Share by which the load of a bond may differ from the finger's, for the bodies ring.
+const RINGING: f64 = 0.04;
+
 struct Peak {
     at: usize,
     force: f64,
@@ -101,14 +104,21 @@ pub fn pushed_off(run: &Interaction, parted: f64, upper: &Placed) -> Option<Gave
     let square: Option<f64> = (0..3).map(|k| Some((along(k, t1)? - along(k, t0)?).powi(2))).sum();
     let speed = square?.sqrt() / (t1 - t0);
     let volume = upper.mesh.as_ref()?.volume();
-    let x = (impulse / (REBOUND * volume * speed * DENSITY)).ln().max(0.0);
+    let struck = REBOUND * volume * speed * DENSITY;
+    if struck <= 0.0 {
+        return None;
+    }
+    let x = (impulse / struck).ln().clamp(0.0, 20.0);
     let normal = |mean: f64, sd: f64| -0.5 * ((x - mean) / sd).powi(2) - sd.ln();
+    // Friction beneath bears a share of the load, from none to all that it can, until the bond is gone.
+    let borne = top.force - 0.5 * after + 0.5 * top.step;
+    let sd = (RINGING * top.force)
+        .hypot(noise)
+        .hypot(top.step / 12f64.sqrt())
+        .hypot(after / 12f64.sqrt());
     Some(Gave {
         log_odds: (normal(BORNE.0, BORNE.1) - normal(0.0, STRUCK)).min(MOST),
-        force: (
-            top.force - after + 0.5 * top.step,
-            (0.02 * top.force).hypot(noise).hypot(top.step / 12f64.sqrt()),
-        ),
+        force: (borne, sd),
     })
 }
 

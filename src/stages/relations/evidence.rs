@@ -54,6 +54,9 @@ pub fn finding(
     let (track_a, track_b) = (run.tracks.get(a)?, run.tracks.get(b)?);
     let noise = (track_noise(capture, a), track_noise(capture, b));
     let relative = relative_motion(track_a, track_b);
+    if relative.is_empty() {
+        return None;
+    }
     let parting = parting(&relative, noise, config);
     let moved = (moved(track_a, noise.0), moved(track_b, noise.1));
     let upper = match bearing {

@@ -298,6 +298,8 @@ fn free_of(drag: &Drag, kind: JointKind) -> f64 {
     }
 }
 
+/// Share of the range that a joint was seen to have which a touch of something farther out must move it by.
+const TRAVELLED: f64 = 0.25;
 /// The speed may change by this share over the span that it is read from.
 const STEADY: f64 = 0.5;
 
@@ -350,6 +352,11 @@ fn trial_of(
     let [low, high] = loads.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| {
         [l.min(x.position), h.max(x.position)]
     });
+    // In a touch of something farther out it may have stuck: noise is no motion.
+    let seen = joint.travelled.map_or(0.0, |[from, to]| to - from);
+    if about != joint.child && high - low < TRAVELLED * seen {
+        return None;
+    }
     let least = if high - low > 15.0 * least { 0.0 } else { least };
     loads.retain(|l| l.speed.abs() > (0.2 * fastest).max(least));
     if loads.len() < 4 {

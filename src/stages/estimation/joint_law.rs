@@ -286,7 +286,7 @@ mod tests {
     /// Five touches to and fro at five speeds; `stray` is how far the friction of each is off, as a share.
     fn touches(spring: f64, stray: [f64; 5], back: bool) -> Vec<Trial> {
         let of = |k: usize| {
-            let speed = [0.3, 0.6, 0.9, 1.2, 1.8][k];
+            let speed: f64 = [0.3, 0.6, 0.9, 1.2, 1.8][k];
             let mut loads = Vec::new();
             for i in 0..40 {
                 let there = i < 20;

@@ -174,6 +174,7 @@ fn joint(kind: JointKind, parent: &str, child: &str, axis: [f64; 3], origin: [f6
         stiffness: None,
         rest: None,
         effort: None,
+        lateral: None,
     }
 }
 

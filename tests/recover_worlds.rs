@@ -229,6 +229,7 @@ fn a_hinge_on_the_table_is_confounded_with_the_table() {
         stiffness: None,
         rest: None,
         effort: None,
+        lateral: None,
     };
     let mut model = model_of(
         &capture,

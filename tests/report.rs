@@ -115,6 +115,7 @@ fn joint() -> Joint {
         stiffness: None,
         rest: None,
         effort: None,
+        lateral: None,
     }
 }
 

@@ -74,6 +74,7 @@ fn model() -> Model {
         stiffness: None,
         rest: None,
         effort: None,
+        lateral: None,
     };
     let twin = Twin {
         format: FORMAT.into(),

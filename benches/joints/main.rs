@@ -20,6 +20,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use palpate::base::{Progress, Seed, Stopwatch};
+use palpate::capture::write_capture_with;
 use palpate::lab::{Scene, Synthetic, synthesise};
 use palpate::pipeline::{Options, Pass, Run, build};
 use palpate::twin::{Joint, JointKind, RelationKind};
@@ -30,7 +31,12 @@ use tally::{Odds, Tally};
 const NOISE: [&str; 3] = ["fine", "middling", "coarse"];
 
 pub fn recorded(scene: &Scene, seed: u64) -> Synthetic {
-    synthesise(scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture")
+    let made = synthesise(scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture");
+    if let Ok(folder) = std::env::var("JOINTS_KEEP") {
+        let place = Path::new(&folder).join(format!("{}-{seed}", scene.name));
+        write_capture_with(&made.capture, &place, &made.files).expect("written");
+    }
+    made
 }
 
 pub fn options() -> Options {

@@ -198,5 +198,6 @@ fn hold(file: &Path, joint: &urdf_rs::Joint, world: &Isometry3<f64>, trust: Trus
         stiffness: None,
         rest: None,
         effort: None,
+        lateral: None,
     })
 }

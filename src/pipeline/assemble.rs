@@ -242,6 +242,7 @@ pub fn weld(model: &mut Model) {
                 stiffness: None,
                 rest: None,
                 effort: None,
+                lateral: None,
             },
         );
     }

@@ -96,6 +96,9 @@ pub struct Joint {
     /// What it took to move it, by position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effort: Option<JointEffort>,
+    /// Standard deviation of the place of the axis across itself, m, for the passes that follow; it is not written.
+    #[serde(skip)]
+    pub lateral: Option<f64>,
 }
 
 /// What it took to move a joint the way it was moved, by position: friction, weight, springs and latches together.

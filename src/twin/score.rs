@@ -266,6 +266,7 @@ mod tests {
             stiffness: None,
             rest: None,
             effort: None,
+            lateral: None,
         };
         let body = Body {
             name: "base".into(),

@@ -11,6 +11,7 @@ use super::fit::Fit;
 use super::pair::Pair;
 use crate::capture::{Capture, Interaction, Kind, PoseStream};
 use crate::geometry::Mesh;
+use crate::math::quantile;
 use crate::twin::JointKind;
 
 /// Where the two stand at the first view.
@@ -110,6 +111,11 @@ pub fn coupling(capture: &Capture, pair: &Pair, fit: &Fit, placement: &Placement
                     &run.name,
                     "it kept to its path to and fro although the tool let it swing",
                 );
+            } else if upheld(capture, pair, k, placement) {
+                found.add(
+                    &run.name,
+                    "it stayed upright under a pull that would have tipped what merely stands",
+                );
             }
         }
     }
@@ -153,6 +159,60 @@ fn guided(pair: &Pair, k: usize, fit: &Fit, placement: &Placement) -> bool {
     };
     let far = positions.iter().map(|q| (q - start).abs()).fold(0.0, f64::max);
     tool.pin && level.norm() > 0.1 * placement.size && (end - start).abs() < 0.5 * far
+}
+
+/// A thing that is denser than this would be metal through and through, kg/m³.
+const DENSEST: f64 = 4000.0;
+/// Seconds over which force is averaged before its moment is taken.
+const MOMENT: f64 = 0.1;
+/// Vertices this near to the lowest one bear on what is beneath, m.
+const FOOT: f64 = 2.5e-3;
+
+/// True where a free pivot pulled at the child, which stands on the parent, with a moment about the edge of its foot that
+/// no weight of a likely density balances: `m g (x_edge - x_centre) >= h F_level + (x_edge - x_pivot) F_up` for what
+/// stands (the centre of pressure stays within the foot). A pivot passes on no torque.
+fn upheld(capture: &Capture, pair: &Pair, k: usize, placement: &Placement) -> bool {
+    let run = pair.runs[k];
+    let on_top = placement.up.dot(&(placement.child_centre - placement.parent_centre)) > 0.0;
+    let pivot = run.tool.as_ref().is_some_and(|t| t.pin);
+    let (Some(mesh), Some(force), Some(path)) = (&placement.child_mesh, &run.force, &run.tool_path) else {
+        return false;
+    };
+    let (Some((low, _)), Some(at)) = (placement.heights(Some(mesh)), path.position.first()) else {
+        return false;
+    };
+    if !on_top || !pivot || !placement.stacked() {
+        return false;
+    }
+    let height = placement.up.dot(&at.coords) - low;
+    let foot = || {
+        mesh.vertices
+            .iter()
+            .filter(|v| placement.up.dot(&v.coords) < low + FOOT)
+    };
+    let rows = force
+        .time
+        .iter()
+        .filter(|t| **t < force.time[0] + MOMENT)
+        .count()
+        .max(1);
+    let needed = |chunk: &[Vector3<f64>]| -> Option<f64> {
+        let pull = chunk.iter().sum::<Vector3<f64>>() / chunk.len() as f64;
+        let rise = placement.up.dot(&pull);
+        let level = pull - placement.up * rise;
+        let ahead = level.try_normalize(1e-9)?;
+        let edge = foot().map(|v| ahead.dot(&v.coords)).fold(f64::NEG_INFINITY, f64::max);
+        let arm = (edge - ahead.dot(&placement.child_centre)).max(1e-4);
+        let moment = height * level.norm() + (edge - ahead.dot(&at.coords)) * rise;
+        Some(moment / (arm * capture.gravity.norm()))
+    };
+    let masses: Vec<f64> = force
+        .force
+        .chunks(rows)
+        .filter_map(needed)
+        .filter(|m| m.is_finite())
+        .collect();
+    quantile(&masses, 0.9).is_some_and(|mass| mass > DENSEST * mesh.volume())
 }
 
 /// Displacement from the first rows of a track to its farthest, averaged over blocks, where it is beyond noise.

@@ -44,7 +44,7 @@ pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: 
         travel.position.iter_mut().for_each(|q| *q *= sign);
     }
     let from: Vec<String> = pair.runs.iter().map(|r| r.name.clone()).collect();
-    let (axis, origin) = axis_and_origin(selection, anchor, placement, sign, &from);
+    let (axis, origin, lateral) = axis_and_origin(selection, anchor, placement, sign, &from);
     let unit = if kind == JointKind::Prismatic { "m" } else { "rad" };
     let sd = position_noise(selection);
     let single = matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::Screw);
@@ -74,6 +74,7 @@ pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: 
         stiffness: None,
         rest: None,
         effort: None,
+        lateral,
     }
 }
 
@@ -150,7 +151,7 @@ fn axis_and_origin(
     placement: &Placement,
     sign: f64,
     from: &[String],
-) -> (Estimate<[f64; 3]>, Estimate<[f64; 3]>) {
+) -> (Estimate<[f64; 3]>, Estimate<[f64; 3]>, Option<f64>) {
     let fit = &selection.candidates[0].fit;
     let turn = anchor.world_from_parent.rotation.to_rotation_matrix().into_inner();
     let scale = selection.inflation.powi(2) * selection.correlation;
@@ -168,9 +169,9 @@ fn axis_and_origin(
         fit.manifold.kind,
         JointKind::Prismatic | JointKind::Fixed | JointKind::Planar
     );
-    let (origin, origin_spread) = if translational {
+    let (origin, origin_spread, lateral) = if translational {
         let noise = Matrix3::identity() * anchor.position.powi(2).max(1e-8);
-        (placement.child_centre, noise)
+        (placement.child_centre, noise, None)
     } else {
         let point = anchor.world_from_parent * nalgebra::Point3::from(fit.manifold.point);
         let along = axis.dot(&(placement.child_centre - point.coords));
@@ -189,13 +190,16 @@ fn axis_and_origin(
         };
         let slide = axis * axis.transpose() * open.powi(2);
         let fitted = (spread(fit.point_map(along * sign)) + placed) * UNDERSTATED.powi(2);
-        (origin, fitted + Matrix3::identity() * PLACEMENT.powi(2) + slide)
+        let placed = fitted + Matrix3::identity() * PLACEMENT.powi(2);
+        let lateral = (0.5 * (across * placed * across).trace()).sqrt();
+        (origin, placed + slide, Some(lateral))
     };
     let sd = |m: &Matrix3<f64>| std::array::from_fn(|i| m[(i, i)].max(0.0).sqrt());
     let method = "relative-motion";
     (
         Estimate::measured(axis.into(), sd(&axis_spread), "1", from.to_vec(), method),
         Estimate::measured(origin.into(), sd(&origin_spread), "m", from.to_vec(), method),
+        lateral,
     )
 }
 

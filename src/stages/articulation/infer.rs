@@ -77,7 +77,20 @@ fn judge(capture: &Capture, model: &Model, config: &Config, notices: &mut Notice
     let selection = select(&pair.samples, &KINDS, reach)?;
     let best = &selection.candidates[0];
     let kind = best.fit.manifold.kind;
-    if selection.free > best.probability || (!declared && impossible(kind, &selection, &placement, config)) {
+    if selection.free > best.probability {
+        return None;
+    }
+    if !declared && impossible(kind, &selection, &placement, config) {
+        let second = selection
+            .candidates
+            .get(1)
+            .map(|c| (c.fit.manifold.kind, c.probability));
+        let about = format!("{}, {}", pair.parent, pair.child);
+        let how = format!(
+            "their relative motion is best {kind:?} ({:.3}), as of things that are not held; next {second:?}",
+            best.probability
+        );
+        notices.note("articulation", &about, how.to_lowercase());
         return None;
     }
     let proof = coupling(capture, &pair, &best.fit, &placement);

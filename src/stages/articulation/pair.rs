@@ -34,18 +34,30 @@ impl<'a> Pair<'a> {
         } else {
             (a, b)
         };
-        let motions: Vec<Vec<RelativePose>> = runs
+        let mut motions: Vec<Vec<RelativePose>> = runs
             .iter()
             .map(|i| relative_motion(&i.tracks[parent], &i.tracks[child]))
             .collect();
         let noise = (track_noise(capture, parent), track_noise(capture, child));
-        let samples = thinned(&motions, noise);
-        (samples.len() >= 2).then(|| Self {
+        let mut pair = Self {
             parent: parent.into(),
             child: child.into(),
+            samples: thinned(&motions, noise),
             runs,
-            samples,
-        })
+        };
+        // Where it moved in a few touches only, those that left it alone would make its motion look like outliers.
+        let moved: Vec<bool> = (0..motions.len())
+            .map(|run| pair.of_run(run).next().is_some() && pair.moved(run))
+            .collect();
+        if moved.contains(&true) && moved.contains(&false) {
+            for (motion, moved) in motions.iter_mut().zip(&moved) {
+                if !moved {
+                    motion.clear();
+                }
+            }
+            pair.samples = thinned(&motions, noise);
+        }
+        (pair.samples.len() >= 2).then_some(pair)
     }
 
     /// The samples of one run.

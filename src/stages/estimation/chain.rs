@@ -304,14 +304,18 @@ impl Chain {
             if before.is_some_and(Estimate::is_measured) || joint.damping.is_some() {
                 continue;
             }
-            let aliased = before.and_then(|f| f.confounded.clone()).filter(damping_only);
             let mut friction = positive(value, sd, unit, from.to_vec(), "replay of all pushes of the body");
-            if let (Some(aliased), Some([low, high])) = (aliased, friction.ci95) {
+            // The replay knows no damping of joints: what there is of it is in the friction.
+            let told = before.and_then(|f| f.confounded.clone()).filter(damping_only);
+            let aliased = told.unwrap_or_else(|| Confounded {
+                with: vec!["damping".into()],
+                known: format!("friction + damping at the speed of the pushes = {value:.4} {unit}"),
+                experiment: "move the joint at half and at twice the speed".into(),
+            });
+            if let Some([low, high]) = friction.ci95 {
                 friction = friction.with_interval([0.3 * low, high]).with_confounded(aliased);
-                friction.status = crate::base::Status::Assumed;
-            } else if sd > 0.5 {
-                friction.status = crate::base::Status::Assumed;
             }
+            friction.status = crate::base::Status::Assumed;
             joint.friction = Some(friction);
         }
     }

@@ -6,15 +6,16 @@ use super::Config;
 use super::drag::{Drag, less_drag, parted_friction, table_drag};
 use super::drive::{Drive, drive_of};
 use super::facts::{Ground, subject};
-use super::joint_effort::{Units, effort_of};
-use super::joint_law::{Setting, Trial, law_of};
+use super::joint_effort::{Units, effort_of, friction_of};
+use super::joint_law::{Number, Setting, Trial, law_of};
 use super::joint_load::{JointAtWork, JointLoad, Span, joint_loads};
-use super::joint_matter::Carried;
+use super::joint_matter::{Carried, family};
 use super::parting::{Parted, part};
-use super::push::steadiness;
+use super::pool::relative_sd;
 use super::resolve::STAGE;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
+use crate::math::quantile;
 use crate::twin::{Joint, JointEffort, JointKind, Model};
 
 /// Writes friction, damping and spring of every joint of one freedom of the twin.
@@ -39,12 +40,23 @@ pub(super) fn joint_dynamics(
             .fitted()
             .filter_map(|i| {
                 let cut = segmented.iter().find(|s| s.interaction == i.name)?;
-                trial_of(i, cut, &joint, model, ground, config)
+                trial_of(i, cut, &joint, model, &ground.gravity, config)
             })
             .filter_map(|t| beyond_latch(t, effort.as_ref()))
             .collect();
         write_effort(&joint, &effort, model);
         if trials.is_empty() {
+            let unit = if joint.kind == JointKind::Prismatic {
+                "N"
+            } else {
+                "N·m"
+            };
+            let friction = effort.as_ref().and_then(|e| friction_of(e, unit));
+            let only = Dynamics {
+                friction,
+                ..Dynamics::default()
+            };
+            only.write(&joint, model);
             continue;
         }
         let drag = table_drag(&joint, model, ground);
@@ -56,22 +68,14 @@ pub(super) fn joint_dynamics(
             carried: carried.as_ref(),
             geometry: geometry(&joint, &trials),
             scatter: config.friction_scatter,
+            form: config.model_form,
         };
         let mut found = conclude(&trials, &setting, (drag, parted), &joint, notices);
         if let Some(driven) = drive_of(capture, segmented, &joint, model) {
             write_drive(&driven, &joint, model, &mut found, config.model_form, notices);
             found.rest = None;
         }
-        for body in &mut model.twin.bodies {
-            for target in body
-                .joints
-                .iter_mut()
-                .filter(|j| j.name == joint.name && j.child == joint.child)
-            {
-                (target.friction, target.damping) = (found.friction.clone(), found.damping.clone());
-                (target.stiffness, target.rest) = (found.stiffness.clone(), found.rest.clone());
-            }
-        }
+        found.write(&joint, model);
     }
 }
 
@@ -153,6 +157,16 @@ struct Dynamics {
     rest: Option<Estimate>,
 }
 
+impl Dynamics {
+    fn write(&self, joint: &Joint, model: &mut Model) {
+        let joints = model.twin.bodies.iter_mut().flat_map(|b| &mut b.joints);
+        for target in joints.filter(|j| j.name == joint.name && j.child == joint.child) {
+            (target.friction, target.damping) = (self.friction.clone(), self.damping.clone());
+            (target.stiffness, target.rest) = (self.stiffness.clone(), self.rest.clone());
+        }
+    }
+}
+
 /// True where the weight of what hangs on the joint loads it.
 fn tipped(joint: &Joint, gravity: &Vector3<f64>) -> bool {
     let (axis, down) = (
@@ -176,12 +190,9 @@ const UPRIGHT: f64 = 0.035;
 
 /// Share by which the place of the axis puts the load in doubt: its standard deviation over the arm.
 fn geometry(joint: &Joint, trials: &[Trial]) -> f64 {
-    let (Some(sd), false) = (joint.origin.sd, joint.kind == JointKind::Prismatic) else {
+    let (Some(across), false) = (joint.lateral, joint.kind == JointKind::Prismatic) else {
         return 0.0;
     };
-    let axis = joint.axis.value;
-    // Where along its axis a hinge sits is not known, and does not matter.
-    let across = (0..3).map(|i| sd[i] * (1.0 - axis[i].abs())).fold(0.0, f64::max);
     let levers: Vec<f64> = trials.iter().flat_map(|t| t.loads.iter().map(|l| l.lever)).collect();
     crate::math::median(&levers).map_or(0.0, |lever| across / lever.max(1e-6))
 }
@@ -200,29 +211,51 @@ fn conclude(
         ["N·m", "N·m·s/rad", "N·m/rad", "rad"]
     };
     let Some(law) = law_of(trials, setting) else {
+        let message = "its loads do not tell its friction: move it farther, at several speeds, to and fro";
+        notices.note(STAGE, &joint.name, message);
         return Dynamics::default();
     };
-    let estimate =
-        |(value, sd): (f64, f64), unit: &str| Estimate::measured(value, sd, unit, from.clone(), "joint-load");
+    let estimate = |n: Number, unit: &str| {
+        Estimate::measured(n.value, n.sd, unit, from.clone(), "joint-load")
+            .with_interval([n.value - n.half95, n.value + n.half95])
+    };
     let mut friction = estimate(law.friction, units[0]);
     if let Some(speed) = law.one_speed {
-        let low = 0.3 * law.friction.0;
-        let [_, high] = friction.ci95.unwrap_or([low, law.friction.0]);
+        let low = 0.3 * law.friction.value;
+        let [_, high] = friction.ci95.unwrap_or([low, law.friction.value]);
         friction = friction.with_interval([low, high]);
         friction.status = Status::Assumed;
         friction.confounded = Some(Confounded {
             with: vec!["damping".into()],
-            known: format!("friction + {speed:.3} damping = {:.4} {}", law.friction.0, units[0]),
+            known: format!("friction + {speed:.3} damping = {:.4} {}", law.friction.value, units[0]),
             experiment: "move the joint at half and at twice the speed".into(),
+        });
+    }
+    if law.one_way && setting.tipped && friction.confounded.is_none() && relative_sd(&friction) > 0.05 {
+        if let Some(carried) = setting.carried {
+            // A density that nobody knows errs by a factor, not by a share.
+            let [less, more] = weight_open(trials, carried);
+            let half = 1.96 * friction.sd.unwrap_or(0.0);
+            let interval = [(friction.value - less - half).max(0.0), friction.value + more + half];
+            friction = friction.with_interval(interval);
+        }
+        friction.status = Status::Assumed;
+        friction.confounded = Some(Confounded {
+            with: vec![format!("mass({})", joint.child)],
+            known: format!(
+                "friction({}) + the weight of {} along it, of which only a sum was felt",
+                joint.name, joint.child
+            ),
+            experiment: "move the joint the other way too, or weigh the child".into(),
         });
     }
     if let (Some(_), Some(parted), JointKind::Revolute) = (&drag, parted, joint.kind) {
         friction = parted_friction(&parted, units[0]);
-    } else if let Some(drag) = drag.as_ref().filter(|d| free_of(d, joint.kind) > law.friction.0) {
+    } else if let Some(drag) = drag.as_ref().filter(|d| free_of(d, joint.kind) > law.friction.value) {
         let message = format!(
             "the load is {:.4} {}, less than the child's friction on the support would be ({:.4} or more): it is taken \
              to hang free of it",
-            law.friction.0,
+            law.friction.value,
             units[0],
             free_of(drag, joint.kind)
         );
@@ -238,6 +271,23 @@ fn conclude(
     }
 }
 
+/// By how much friction may be less and more than it seems for a weight that only adds to it, N or N·m: the weight's
+/// logarithm is known to `relative`.
+fn weight_open(trials: &[Trial], carried: &Carried) -> [f64; 2] {
+    let loads = || trials.iter().flat_map(|t| &t.loads);
+    let along: Vec<f64> = loads()
+        .map(|l| l.speed.signum() * carried.load(l.position, 0.0))
+        .collect();
+    let weight = crate::math::median(&along).unwrap_or(0.0);
+    let factor = (1.96 * carried.relative).exp();
+    let (heavier, lighter) = (weight.abs() * (factor - 1.0), weight.abs() * (1.0 - 1.0 / factor));
+    if weight > 0.0 {
+        [heavier, lighter]
+    } else {
+        [lighter, heavier]
+    }
+}
+
 /// The drag that a load must reach for the child to bear on the support, N or N·m: of a slide, which mostly rides in
 /// its parent, the likely one; of a hinge, whose links mostly stand side by side, the least.
 fn free_of(drag: &Drag, kind: JointKind) -> f64 {
@@ -248,72 +298,72 @@ fn free_of(drag: &Drag, kind: JointKind) -> f64 {
     }
 }
 
+/// Share of the range that a joint was seen to have which a touch of something farther out must move it by.
+const TRAVELLED: f64 = 0.25;
+/// The speed may change by this share over the span that it is read from.
+const STEADY: f64 = 0.5;
+
+/// The blocks of all stretches in which something slid. A balance of momentum holds for means, however a contact
+/// chatters.
 fn loads(
     interaction: &Interaction,
     cut: &Segmented,
     joint: &Joint,
     model: &Model,
-    ground: &Ground,
     config: &Config,
 ) -> Option<Vec<JointLoad>> {
-    let slide = cut.of(PhaseKind::Slide).next()?;
     let at_work = JointAtWork::new(interaction, cut, joint, model)?;
-    let span = Span {
-        block: config.block,
-        half: config.smoothing.max(0.15),
-    };
     let mut out = Vec::new();
-    let mut t = slide.start + config.settling + 0.5 * config.block;
-    while t + 0.5 * config.block <= slide.end - 0.5 * config.settling {
-        if let Some(load) = at_work.at(t, span) {
-            let (from, to) = (t - 0.5 * config.block, t + 0.5 * config.block);
-            let (plateau, _) = steadiness(interaction, cut, &ground.plane, from, to);
-            out.push(JointLoad {
-                load: plateau * load.load,
-                ..load
-            });
+    for slide in cut.of(PhaseKind::Slide) {
+        let span = Span::of(slide.end - slide.start, config, at_work.led());
+        let settling = config.settling.min(1.2 * span.block);
+        let mut t = slide.start + settling + 0.5 * span.block;
+        while t + 0.5 * span.block <= slide.end - 0.5 * settling {
+            // Where the speed changes within the span of its parabola it is not that of the block.
+            let half = span.led.unwrap_or(span.half);
+            let steady = |l: &JointLoad| l.acceleration.abs() * half < STEADY * l.speed.abs();
+            out.extend(at_work.at(t, span).filter(steady));
+            t += span.block;
         }
-        t += config.block;
     }
     (out.len() >= 4).then_some(out)
 }
 
-/// The blocks of one interaction that moved the joint; `None` where it did not.
+/// The blocks of one interaction that moved the joint; `None` where it did not. What is handled may hang further out: the
+/// joint bears the moment of the tool all the same, and that of weights too, so that its axis must be upright then.
 fn trial_of(
     interaction: &Interaction,
     cut: &Segmented,
     joint: &Joint,
     model: &Model,
-    ground: &Ground,
+    gravity: &Vector3<f64>,
     config: &Config,
 ) -> Option<Trial> {
     let about = subject(interaction, cut)?;
-    if about != joint.child {
+    let outer = || !tipped(joint, gravity) && family(joint, model).iter().any(|n| n == about);
+    if about != joint.child && !outer() {
         return None;
     }
-    let mut loads = loads(interaction, cut, joint, model, ground, config)?;
-    let fastest = loads.iter().map(|l| l.speed.abs()).fold(0.0, f64::max);
+    let mut loads = loads(interaction, cut, joint, model, config)?;
+    // Not the fastest: what was locked and snaps is for a moment faster than all that follows.
+    let fastest = quantile(&loads.iter().map(|l| l.speed.abs()).collect::<Vec<f64>>(), 0.9)?;
     let least = if joint.kind == JointKind::Prismatic { 2e-3 } else { 0.02 };
     // A joint that went far moved, however slowly.
     let [low, high] = loads.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| {
         [l.min(x.position), h.max(x.position)]
     });
+    // In a touch of something farther out it may have stuck: noise is no motion.
+    let seen = joint.travelled.map_or(0.0, |[from, to]| to - from);
+    if about != joint.child && high - low < TRAVELLED * seen {
+        return None;
+    }
     let least = if high - low > 15.0 * least { 0.0 } else { least };
     loads.retain(|l| l.speed.abs() > (0.2 * fastest).max(least));
     if loads.len() < 4 {
         return None;
     }
-    let slide = cut.of(PhaseKind::Slide).next()?;
-    let (_, chatter) = steadiness(
-        interaction,
-        cut,
-        &ground.plane,
-        slide.start + config.settling,
-        slide.end,
-    );
     Some(Trial {
         interaction: interaction.name.clone(),
         loads,
-        chatter: chatter.min(0.5),
     })
 }

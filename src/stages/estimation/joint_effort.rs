@@ -5,7 +5,7 @@
 //! are doubted by their effective number of samples.
 
 use super::joint_load::JointLoad;
-use crate::base::Estimate;
+use crate::base::{Confounded, Estimate};
 use crate::math::{correlated_mean, effective_samples, median, quantile};
 use crate::twin::{EffortAt, JointEffort, Latch};
 
@@ -62,6 +62,35 @@ pub(super) fn effort_of(loads: &[JointLoad], from: &str, units: &Units) -> Optio
         by_position: (0..STRETCHES).filter_map(stretch).collect(),
         latch: latch_of(&loads, from, units),
     })
+}
+
+/// The friction of a joint of which nothing but one way of a hand is known: the mean load after the latch, in doubt by
+/// all that it changes on the way, for springs, weight and damping are in it.
+pub(super) fn friction_of(effort: &JointEffort, unit: &str) -> Option<Estimate> {
+    let until = effort.latch.as_ref().map_or(f64::NEG_INFINITY, |l| l.until.value);
+    let after: Vec<&Estimate> = effort
+        .by_position
+        .iter()
+        .filter(|e| e.position[0] >= until)
+        .map(|e| &e.load)
+        .collect();
+    let n = after.len() as f64;
+    if n < 3.0 {
+        return None;
+    }
+    let mean = after.iter().map(|l| l.value).sum::<f64>() / n;
+    let square = |l: &&&Estimate| (l.value - mean).powi(2) + l.sd.unwrap_or(0.0).powi(2);
+    let sd = (after.iter().map(|l| square(&l)).sum::<f64>() / n).sqrt();
+    let known = format!("mean load along one opening = {mean:.3} {unit}");
+    let mut friction = Estimate::assumed(mean, sd, unit, "mean load by position");
+    friction = friction.with_interval([(mean - 1.96 * sd).max(0.0), mean + 1.96 * sd]);
+    friction.from = after.first()?.from.clone();
+    friction.confounded = Some(Confounded {
+        with: vec!["stiffness".into(), "damping".into()],
+        known,
+        experiment: "open it at half and at twice the speed, and close it again".into(),
+    });
+    (mean > 0.0).then_some(friction)
 }
 
 /// The loads up to the farthest position, positions counted in the direction of travel.

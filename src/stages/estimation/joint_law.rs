@@ -1,32 +1,44 @@
 //! The law of a joint from its loads: friction, damping and spring beside the weight and inertia of what hangs on it.
 //!
-//! `load = c sign(v) + b v + k (q - q0) + s·matter(q, a)`: linear in all that is sought. The scale `s` of the matter is
-//! held near 1 as well as its mass is known; a tipped hinge also gets what a centre of mass in another place would add,
-//! so that a spring which the weight could feign is not called one.
+//! `load = (c + u_t) sign(v) + b v + k (q - q0) + s·matter(q, a)`: linear in all that is sought. The scale `s` of the
+//! matter is held near 1 as well as its mass is known; a tipped hinge also gets what a centre of mass in another place
+//! would add, so that a spring which the weight could feign is not called one. `u_t` is how far the friction of touch `t`
+//! strays: a random effect (Laird and Ware 1982) whose spread follows from the touches, so that intervals know how many
+//! there were and damping is not read from the touches' scatter. Terms are taken away, not added: a spring hides damping
+//! from a fit without it.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::joint_load::JointLoad;
 use super::joint_matter::Carried;
-use crate::math::{LinearFit, bayesian_linear, effective_samples, mad_sd, quantile};
+use crate::math::{LinearFit, bayesian_linear, effective_samples, mad_sd, quantile, t_quantile};
 
 /// The blocks of one interaction.
 pub(super) struct Trial {
     pub interaction: String,
     pub loads: Vec<JointLoad>,
-    /// Relative standard deviation of the force's jerking.
-    pub chatter: f64,
 }
 
-/// What the loads of a joint say: values with standard deviations.
+/// One number of the law.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Number {
+    pub value: f64,
+    pub sd: f64,
+    /// Half the width of the 95 % interval: wider than 1.96 sd where the touches are few.
+    pub half95: f64,
+}
+
+/// What the loads of a joint say.
 pub(super) struct Law {
-    pub friction: (f64, f64),
-    pub damping: Option<(f64, f64)>,
-    pub spring: Option<(f64, f64)>,
+    pub friction: Number,
+    pub damping: Option<Number>,
+    pub spring: Option<Number>,
     /// Where the spring is slack.
-    pub rest: Option<(f64, f64)>,
+    pub rest: Option<Number>,
     /// The speed, where there was but one.
     pub one_speed: Option<f64>,
+    /// It only moved one way: what does not turn with the motion, such as weight, adds to friction.
+    pub one_way: bool,
 }
 
 /// What is asked of the loads.
@@ -39,6 +51,8 @@ pub(super) struct Setting<'a> {
     pub geometry: f64,
     /// Scatter of friction from trial to trial that is expected before any is seen, as a share.
     pub scatter: f64,
+    /// Share of the load by which the law itself may be off.
+    pub form: f64,
 }
 
 /// Which terms are in, beside friction, a constant and matter.
@@ -46,6 +60,12 @@ pub(super) struct Setting<'a> {
 struct Terms {
     damping: bool,
     spring: bool,
+}
+
+impl Terms {
+    fn spring_at(self) -> usize {
+        1 + usize::from(self.damping)
+    }
 }
 
 /// Standard deviations of what the priors leave open, in units of a typical load.
@@ -57,6 +77,10 @@ const CONSTANT: (f64, f64) = (0.02, 0.5);
 const ROUNDS: (usize, usize) = (30, 12);
 /// A term is believed from this many standard deviations on.
 const CLEAR: f64 = 4.0;
+/// Share of blocks the other way below which it only moved one way.
+const ONE_WAY: f64 = 0.03;
+/// How many touches the expected scatter counts for.
+const PRIOR_TRIALS: f64 = 2.0;
 
 struct Typical {
     load: f64,
@@ -78,8 +102,12 @@ fn typical(trials: &[Trial]) -> Option<Typical> {
 }
 
 /// The fit of the terms to the trials; column 0 is friction, then damping and spring where they are in.
-fn fit(trials: &[&Trial], terms: Terms, setting: &Setting, size: &Typical) -> Option<LinearFit> {
-    let loads: Vec<&JointLoad> = trials.iter().flat_map(|t| &t.loads).collect();
+fn fit(trials: &[Trial], terms: Terms, setting: &Setting, size: &Typical) -> Option<LinearFit> {
+    let loads: Vec<(usize, &JointLoad)> = trials
+        .iter()
+        .enumerate()
+        .flat_map(|(t, trial)| trial.loads.iter().map(move |l| (t, l)))
+        .collect();
     type Column<'a> = (Box<dyn Fn(&JointLoad) -> f64 + 'a>, f64, f64);
     let mut columns: Vec<Column> = vec![(Box::new(|l| l.speed.signum()), 0.0, OPEN * size.load)];
     if terms.damping {
@@ -106,18 +134,36 @@ fn fit(trials: &[&Trial], terms: Terms, setting: &Setting, size: &Typical) -> Op
         columns.push((Box::new(|l| l.position.cos()), 0.0, slack));
         columns.push((Box::new(|l| l.position.sin()), 0.0, slack));
     }
-    let a = DMatrix::from_fn(loads.len(), columns.len(), |i, j| (columns[j].0)(loads[i]));
-    let b = DVector::from_iterator(loads.len(), loads.iter().map(|l| l.load));
-    let mean = DVector::from_iterator(columns.len(), columns.iter().map(|c| c.1));
-    let sd = DVector::from_iterator(columns.len(), columns.iter().map(|c| c.2.max(1e-12)));
-    robust(&a, &b, (&mean, &sd), size.load)
+    let (shared, all) = (columns.len(), columns.len() + trials.len());
+    let a = DMatrix::from_fn(loads.len(), all, |i, j| match (columns.get(j), loads[i]) {
+        (Some(column), (_, load)) => (column.0)(load),
+        (None, (t, load)) if j == shared + t => load.speed.signum(),
+        _ => 0.0,
+    });
+    let b = DVector::from_iterator(loads.len(), loads.iter().map(|l| l.1.load));
+    let of_prior = |pick: fn(&Column) -> f64| DVector::from_fn(all, |j, _| columns.get(j).map_or(0.0, pick));
+    let (mean, mut sd) = (of_prior(|c| c.1), of_prior(|c| c.2.max(1e-12)));
+    // One touch alone does not show how much it strays.
+    let expected = setting.scatter * if trials.len() > 1 { 1.0 } else { 2.0 };
+    sd.rows_mut(shared, trials.len()).fill(expected * size.load);
+    robust(&a, &b, (&mean, &mut sd), shared, expected, size.load)
 }
 
-/// Reweighted least squares with priors; the covariance allows for the memory of the residuals.
-fn robust(a: &DMatrix<f64>, b: &DVector<f64>, prior: (&DVector<f64>, &DVector<f64>), size: f64) -> Option<LinearFit> {
-    let mut noise = 0.1 * size;
+/// Reweighted least squares with priors. The random effects' spread follows from themselves by expectation and
+/// maximisation, beside what is expected of it; the covariance allows for the memory of the residuals.
+fn robust(
+    a: &DMatrix<f64>,
+    b: &DVector<f64>,
+    prior: (&DVector<f64>, &mut DVector<f64>),
+    shared: usize,
+    expected: f64,
+    size: f64,
+) -> Option<LinearFit> {
+    let (mean, sd) = prior;
+    let trials = a.ncols() - shared;
+    let (mut noise, mut memory) = (0.1 * size, 1.0);
     let mut trust = DVector::from_element(b.len(), 1.0);
-    let mut fit = bayesian_linear(a, b, &(&trust / noise.powi(2)), prior.0, prior.1)?;
+    let mut fit = bayesian_linear(a, b, &(&trust / noise.powi(2)), mean, sd)?;
     for round in 0..ROUNDS.0 {
         noise = mad_sd(fit.residuals.as_slice())?.max(1e-4 * size);
         for (w, r) in trust.iter_mut().zip(fit.residuals.iter()) {
@@ -127,82 +173,163 @@ fn robust(a: &DMatrix<f64>, b: &DVector<f64>, prior: (&DVector<f64>, &DVector<f6
                 (1.0 - (r / (4.685 * noise)).powi(2)).max(0.0).powi(2)
             };
         }
-        fit = bayesian_linear(a, b, &(&trust / noise.powi(2)), prior.0, prior.1)?;
+        if round >= ROUNDS.1 {
+            let trusted: Vec<f64> = fit
+                .residuals
+                .iter()
+                .zip(trust.iter())
+                .map(|(r, w)| r * w.sqrt())
+                .collect();
+            memory = (b.len() as f64 / effective_samples(&trusted)).max(1.0);
+            let squares: f64 = (shared..a.ncols())
+                .map(|k| fit.x[k].powi(2) + fit.covariance[(k, k)])
+                .sum();
+            let friction = fit.x[0].abs().max(0.05 * size);
+            let from_prior = PRIOR_TRIALS * (expected * friction).powi(2);
+            let spread = ((squares + from_prior) / (trials as f64 + PRIOR_TRIALS)).sqrt();
+            sd.rows_mut(shared, trials).fill(spread.max(1e-9 * size));
+        }
+        fit = bayesian_linear(a, b, &(&trust / (memory * noise.powi(2))), mean, sd)?;
     }
-    let memory = (b.len() as f64 / effective_samples(fit.residuals.as_slice())).max(1.0);
-    let x = fit.x.clone();
-    let spread = bayesian_linear(a, b, &(&trust / (memory * noise.powi(2))), prior.0, prior.1)?;
-    Some(LinearFit { x, ..spread })
+    Some(fit)
 }
 
-/// Standard deviation of component `k`, with what leaving out one trial at a time does to it: blocks of one trial
-/// share its errors.
-fn doubt(trials: &[Trial], whole: &LinearFit, k: usize, terms: Terms, setting: &Setting, size: &Typical) -> f64 {
-    let n = trials.len() as f64;
-    let spread: f64 = (0..trials.len())
-        .filter(|_| trials.len() > 1)
-        .filter_map(|out| {
-            let rest: Vec<&Trial> = (0..trials.len()).filter(|i| *i != out).map(|i| &trials[i]).collect();
-            Some((fit(&rest, terms, setting, size)?.x[k] - whole.x[k]).powi(2))
-        })
-        .sum();
-    let scatter = ((n - 1.0) / n * spread).sqrt();
-    // Few trials may agree by chance: the expected scatter is the least; one trial alone shows none.
-    let unseen = if trials.len() > 1 { 1.0 } else { 2.0 };
-    let repeat = if k == 0 {
-        unseen * setting.scatter / n.sqrt()
-    } else {
-        0.0
-    };
-    let least = repeat * whole.x[k].abs();
-    whole
-        .sd(k)
-        .hypot(scatter.max(least))
-        .hypot(setting.geometry * whole.x[k])
+/// Component `k` with its doubt: of the fit, of the law's form, and of where the axis is.
+fn read(fit: &LinearFit, k: usize, natural: f64, trials: usize, setting: &Setting) -> Number {
+    let fitted = fit.sd(k);
+    let more = (setting.form * natural).hypot(setting.geometry * fit.x[k]);
+    Number {
+        value: fit.x[k],
+        sd: fitted.hypot(more),
+        half95: (t_quantile(0.975, trials as f64 - 1.0 + PRIOR_TRIALS) * fitted).hypot(1.96 * more),
+    }
 }
 
 /// The law of the joint; `None` where the loads do not even show friction.
 pub(super) fn law_of(trials: &[Trial], setting: &Setting) -> Option<Law> {
     let size = typical(trials)?;
-    let all: Vec<&Trial> = trials.iter().collect();
     // Noise in the velocities is no variety: the bulk of the blocks must differ.
-    let speeds: Vec<f64> = all.iter().flat_map(|t| t.loads.iter().map(|l| l.speed.abs())).collect();
+    let speeds: Vec<f64> = trials
+        .iter()
+        .flat_map(|t| t.loads.iter().map(|l| l.speed.abs()))
+        .collect();
+    let ahead = trials.iter().flat_map(|t| &t.loads).filter(|l| l.speed > 0.0).count();
+    let others = ahead.min(speeds.len() - ahead);
     let (slow, fast) = (quantile(&speeds, 0.1)?, quantile(&speeds, 0.9)?);
     let varied = fast > 1.6 * slow;
-    let clear = |terms: Terms, k: usize| {
-        let found = fit(&all, terms, setting, &size);
-        found.is_some_and(|f| f.x[k] > CLEAR * doubt(trials, &f, k, terms, setting, &size))
-    };
-    let wide = size.range > if setting.turning { 0.3 } else { 0.02 };
+    let number = |f: &LinearFit, k: usize, natural: f64| read(f, k, natural, trials.len(), setting);
     let mut terms = Terms {
         damping: varied,
-        spring: wide,
+        spring: size.range > if setting.turning { 0.3 } else { 0.02 },
     };
-    terms.damping = varied && clear(terms, 1);
-    terms.spring = wide && clear(terms, 1 + usize::from(terms.damping));
-    terms.damping = terms.damping && clear(terms, 1);
-    let found = fit(&all, terms, setting, &size)?;
-    let read = |k: usize| (found.x[k], doubt(trials, &found, k, terms, setting, &size));
-    let mut friction = read(0);
+    let (per_speed, per_range) = (size.load / size.speed, size.load / size.range);
+    let found = loop {
+        let found = fit(trials, terms, setting, &size)?;
+        let clarity = |there: bool, k: usize, natural: f64| {
+            let n = number(&found, k, natural);
+            if there { n.value / n.sd } else { f64::INFINITY }
+        };
+        let damping = clarity(terms.damping, 1, per_speed);
+        let spring = clarity(terms.spring, terms.spring_at(), per_range);
+        if damping.min(spring) > CLEAR {
+            break found;
+        }
+        if damping < spring {
+            terms.damping = false;
+        } else {
+            terms.spring = false;
+        }
+    };
+    let mut friction = number(&found, 0, size.load);
     if varied && !terms.damping {
-        // Damping may hide below what was seen: its doubt is that of friction too.
+        // Damping may hide below what is clear, and would be taken for friction: it stays in for the friction's sake.
         let with = Terms { damping: true, ..terms };
-        let both = fit(&all, with, setting, &size)?;
-        friction.1 = friction.1.hypot(both.sd(0)).hypot(0.5 * (both.x[0] - friction.0));
+        let both = fit(trials, with, setting, &size)?;
+        if both.x[1] > 0.0 {
+            friction = number(&both, 0, size.load);
+        }
     }
-    let chatter = trials.iter().map(|t| t.chatter).sum::<f64>() / trials.len() as f64;
-    friction.1 = friction.1.hypot(0.25 * chatter * friction.0);
-    let at = 1 + usize::from(terms.damping);
-    let spring = terms.spring.then(|| read(at));
-    let rest = spring.filter(|_| !setting.tipped).map(|(k, _)| {
-        let constant = read(at + 1);
-        (-constant.0 / k, constant.1 / k)
+    let spring = terms.spring.then(|| number(&found, terms.spring_at(), per_range));
+    let rest = spring.filter(|_| !setting.tipped).map(|k| {
+        let constant = number(&found, terms.spring_at() + 1, size.load);
+        Number {
+            value: -constant.value / k.value,
+            sd: constant.sd / k.value,
+            half95: constant.half95 / k.value,
+        }
     });
-    (friction.0 > 0.0).then(|| Law {
+    // An interval as wide as the loads themselves says nothing.
+    let told = friction.value > 0.0 && friction.half95 < size.load.max(friction.value);
+    told.then(|| Law {
         friction,
-        damping: terms.damping.then(|| read(1)),
+        damping: terms.damping.then(|| number(&found, 1, per_speed)),
         spring,
         rest,
         one_speed: (!varied).then_some(0.5 * (slow + fast)),
+        one_way: ONE_WAY * speeds.len() as f64 > others as f64,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTING: Setting = Setting {
+        turning: true,
+        tipped: false,
+        carried: None,
+        geometry: 0.0,
+        scatter: 0.015,
+        form: 0.007,
+    };
+
+    /// Five touches to and fro at five speeds; `stray` is how far the friction of each is off, as a share.
+    fn touches(spring: f64, stray: [f64; 5], back: bool) -> Vec<Trial> {
+        let of = |k: usize| {
+            let speed: f64 = [0.3, 0.6, 0.9, 1.2, 1.8][k];
+            let mut loads = Vec::new();
+            for i in 0..40 {
+                let there = i < 20;
+                let position = 0.03 * f64::from(if there { i } else { 39 - i });
+                let speed = if there { speed } else { -speed };
+                let wobble = 2e-4 * (f64::from(i * 37 % 11) - 5.0) / 5.0;
+                let load = 0.05 * (1.0 + stray[k]) * speed.signum() + 0.02 * speed + spring * position + wobble;
+                loads.push(JointLoad {
+                    time: 0.1 * f64::from(i),
+                    load,
+                    lever: 0.1,
+                    position,
+                    speed,
+                    speed_gain: 1.0,
+                    acceleration: 0.0,
+                });
+            }
+            loads.truncate(if back { 40 } else { 20 });
+            Trial {
+                interaction: format!("pull-{k}"),
+                loads,
+            }
+        };
+        (0..5).map(of).collect()
+    }
+
+    #[test]
+    fn a_spring_does_not_hide_damping_and_scatter_does_not_feign_it() {
+        let stray = [0.01, -0.012, 0.004, -0.006, 0.009];
+        let law = law_of(&touches(0.25, stray, true), &SETTING).expect("a law");
+        let (damping, spring) = (law.damping.expect("damping"), law.spring.expect("a spring"));
+        for (number, truth) in [(law.friction, 0.05), (damping, 0.02), (spring, 0.25)] {
+            assert!((number.value / truth - 1.0).abs() < 0.03, "{number:?} {truth}");
+            assert!((number.value - truth).abs() < number.half95, "{number:?} {truth}");
+        }
+        assert!(law.friction.sd < 0.03 * law.friction.value, "{:?}", law.friction);
+        assert!(!law.one_way && law.one_speed.is_none());
+    }
+
+    #[test]
+    fn what_never_went_back_is_told_so() {
+        let law = law_of(&touches(0.0, [0.0; 5], false), &SETTING).expect("a law");
+        assert!(law.one_way && law.spring.is_none());
+        assert!((law.damping.expect("damping").value / 0.02 - 1.0).abs() < 0.03);
+    }
 }

@@ -3,8 +3,9 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use super::Config;
 use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
-use crate::capture::{Interaction, PoseStream, Segmented, path_of};
+use crate::capture::{Interaction, PoseStream, Segmented, path_of, position_noise};
 use crate::math::quantile;
 use crate::twin::{Joint, JointKind, Link, Model};
 
@@ -39,6 +40,8 @@ pub(super) struct JointAtWork<'a> {
     hand: Option<&'a PoseStream>,
     /// Where that point is at the joint's position 0.
     held: Point3<f64>,
+    /// Path of a tool that holds the tracked child and is known more finely than the track.
+    leads: Option<&'a PoseStream>,
 }
 
 /// Span over which a block is averaged, and half the span of the parabola that gives velocities, s.
@@ -46,6 +49,28 @@ pub(super) struct JointAtWork<'a> {
 pub(super) struct Span {
     pub block: f64,
     pub half: f64,
+    /// The same of the tool's path, where that is what tells the child's motion.
+    pub led: Option<f64>,
+}
+
+/// Blocks that a stretch of sliding is cut into at least, the shortest of them, s, and half the span of the parabola in
+/// blocks: by the path of a tool, and by a track.
+const LED: [f64; 3] = [12.0, 0.03, 0.5];
+const TRACKED: [f64; 3] = [8.0, 0.04, 1.5];
+
+impl Span {
+    /// For a stretch of so many seconds: what moves for a short time moves fast, so that its speed shows in a short span;
+    /// a tool's path is finer than a track.
+    pub fn of(duration: f64, config: &Config, led: bool) -> Self {
+        let [blocks, shortest, wide] = if led { LED } else { TRACKED };
+        let block = (duration / blocks).max(shortest).min(config.block);
+        let half = wide * block;
+        Self {
+            block,
+            half: if led { config.smoothing.max(0.15) } else { half },
+            led: led.then_some(half),
+        }
+    }
 }
 
 impl<'a> JointAtWork<'a> {
@@ -56,6 +81,9 @@ impl<'a> JointAtWork<'a> {
         let hand = (!interaction.tracks.contains_key(&joint.child)).then_some(path);
         // What nobody tracked and nothing carries is placed where it was first held.
         let first = (0..path.len()).find(|i| path.position[*i].x.is_finite())?;
+        let holds = interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin)
+            && super::facts::subject(interaction, cut) == Some(joint.child.as_str());
+        let finer = |tool: &&PoseStream| position_noise(&[*tool]) <= position_noise(&[path]);
         Some(Self {
             interaction,
             joint,
@@ -69,7 +97,29 @@ impl<'a> JointAtWork<'a> {
             },
             hand,
             held: path.position[first],
+            leads: interaction
+                .tool_path
+                .as_ref()
+                .filter(|_| holds && hand.is_none())
+                .filter(finer),
         })
+    }
+
+    /// True where the tool's own path tells how the child moves.
+    pub fn led(&self) -> bool {
+        self.leads.is_some()
+    }
+
+    /// Speed and acceleration along the freedom, and the speed's gain of noise, by the tool that holds the child;
+    /// `way` is how its point moves as the joint does, `parent` how it would move with the parent.
+    fn by_tool(&self, t: f64, half: Option<f64>, way: &Vector3<f64>, parent: &Vector3<f64>) -> Option<[f64; 3]> {
+        let m = motion_at(self.leads?, t, half?)?;
+        let square = way.norm_squared().max(1e-12);
+        Some([
+            way.dot(&(m.velocity - parent)) / square,
+            way.dot(&m.acceleration) / square,
+            m.velocity_gain / square.sqrt(),
+        ])
     }
 
     /// The load of the hand where nothing but its path is known, in the block about `t`.
@@ -133,16 +183,30 @@ impl<'a> JointAtWork<'a> {
             let thread = joint.pitch.as_ref().map_or(0.0, |p| p.value);
             let parent_turns = track.and_then(|s| motion_at(s, t, span.half)).map(|m| m.spin_rate);
             let moment = arm.cross(&w.force) + w.torque.unwrap_or_default() + w.force * thread;
+            let by_track = [
+                (c.spin - spin_parent).dot(&axis),
+                (c.spin_rate - parent_turns.unwrap_or_default()).dot(&axis),
+                c.velocity_gain,
+            ];
+            let carried = v_parent + spin_parent.cross(&(arm + origin.coords - parent_pose.translation.vector));
+            let way = axis.cross(&arm) + axis * thread;
+            let [speed, acceleration, speed_gain] = self.by_tool(t, span.led, &way, &carried).unwrap_or(by_track);
             return Some(JointLoad {
                 time: t,
                 load: moment.dot(&axis),
                 lever: axis.cross(&arm).norm(),
                 position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
-                speed: (c.spin - spin_parent).dot(&axis),
-                speed_gain: c.velocity_gain,
-                acceleration: (c.spin_rate - parent_turns.unwrap_or_default()).dot(&axis),
+                speed,
+                speed_gain,
+                acceleration,
             });
         }
+        let by_track = [
+            (c.velocity - v_parent).dot(&axis),
+            c.acceleration.dot(&axis),
+            c.velocity_gain,
+        ];
+        let [speed, acceleration, speed_gain] = self.by_tool(t, span.led, &axis, &v_parent).unwrap_or(by_track);
         let carried = parent_pose.translation.vector - home.translation.vector;
         let shift = c.pose.translation.vector - child.pose.translation.vector - carried;
         Some(JointLoad {
@@ -150,9 +214,9 @@ impl<'a> JointAtWork<'a> {
             load: w.force.dot(&axis),
             lever: 1.0,
             position: shift.dot(&axis),
-            speed: (c.velocity - v_parent).dot(&axis),
-            speed_gain: c.velocity_gain,
-            acceleration: c.acceleration.dot(&axis),
+            speed,
+            speed_gain,
+            acceleration,
         })
     }
 
@@ -206,6 +270,7 @@ pub fn joint_loads(
     let stream = interaction.force.as_ref()?;
     let (first, last) = (*stream.time.first()?, *stream.time.last()?);
     let count = ((last - first) / block) as usize;
-    let each = (0..count).filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, Span { block, half }));
+    let span = Span { block, half, led: None };
+    let each = (0..count).filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, span));
     Some(each.collect())
 }

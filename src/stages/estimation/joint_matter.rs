@@ -31,7 +31,7 @@ pub(super) struct Carried {
 }
 
 /// Names of the child of a joint and of all that hangs on it.
-fn family(joint: &Joint, model: &Model) -> Vec<String> {
+pub(super) fn family(joint: &Joint, model: &Model) -> Vec<String> {
     let mut names = vec![joint.child.clone()];
     let mut at = 0;
     while at < names.len() {

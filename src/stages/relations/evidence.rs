@@ -4,7 +4,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Config;
-use super::placing::Bearing;
+use super::breakaway::{Gave, lifted_off, pushed_off};
+use super::placing::{Bearing, Placed};
 use crate::capture::{Capture, Interaction, Kind, PoseStream, RelativePose, TrackNoise, relative_motion, track_noise};
 
 /// What one interaction showed.
@@ -16,8 +17,18 @@ pub struct Finding {
     pub log_odds: f64,
     /// They came apart in it.
     pub parted: bool,
-    /// A bond gave way in it, at this pull, N, with its standard deviation.
-    pub breakaway: Option<(f64, f64)>,
+    /// A bond gave way in it, or may have.
+    pub gave: Option<Gave>,
+    /// Where one stood in the frame of the other when it began, m, and how finely that is known.
+    pub start: (Vector3<f64>, f64),
+}
+
+impl Finding {
+    /// True where it began with the two as they were when `other` began.
+    pub fn begins_as(&self, other: &Finding, config: &Config) -> bool {
+        let noise = self.start.1.hypot(other.start.1);
+        (self.start.0 - other.start.0).norm() < config.parted.max(4.0 * noise)
+    }
 }
 
 /// Rows that are averaged before they are compared.
@@ -35,40 +46,52 @@ const PARTED: f64 = -7.0;
 pub fn finding(
     capture: &Capture,
     run: &Interaction,
-    a: &str,
-    b: &str,
+    (first, second): (&Placed, &Placed),
     bearing: Bearing,
     config: &Config,
 ) -> Option<Finding> {
+    let (a, b) = (first.name.as_str(), second.name.as_str());
     let (track_a, track_b) = (run.tracks.get(a)?, run.tracks.get(b)?);
     let noise = (track_noise(capture, a), track_noise(capture, b));
     let relative = relative_motion(track_a, track_b);
+    if relative.is_empty() {
+        return None;
+    }
     let parting = parting(&relative, noise, config);
     let moved = (moved(track_a, noise.0), moved(track_b, noise.1));
-    let breakaway = parting.and_then(|t| breakaway(run, t, bearing, a));
-    let log_odds = match parting {
-        Some(_) if breakaway.is_some() => LIFTED,
-        Some(_) => PARTED,
-        None if moved.0 && moved.1 => together(run, a, b, bearing),
-        None => 0.0,
+    let upper = match bearing {
+        Bearing::SecondOnTop => Some(second),
+        Bearing::FirstOnTop => Some(first),
+        Bearing::Beside | Bearing::Perhaps => None,
     };
+    let gave = parting.and_then(|t| {
+        let lifted = lifted_off(run, t, upper).map(|pull| Gave {
+            log_odds: LIFTED,
+            force: pull,
+        });
+        lifted.or_else(|| pushed_off(run, t, upper?))
+    });
+    let log_odds = match (parting, &gave) {
+        (Some(_), Some(gave)) => gave.log_odds,
+        (Some(_), None) => PARTED,
+        (None, _) if moved.0 && moved.1 => together(run, upper),
+        (None, _) => 0.0,
+    };
+    let rows = &relative[..relative.len().min(BLOCK)];
+    let lever = noise.0.rotation * mean(rows).1.norm();
+    let spread = noise.0.position.hypot(noise.1.position).hypot(lever) / (rows.len() as f64).sqrt();
     (log_odds != 0.0).then(|| Finding {
         interaction: run.name.clone(),
         log_odds,
         parted: parting.is_some(),
-        breakaway,
+        gave,
+        start: (mean(rows).1, spread),
     })
 }
 
 /// What it says that the two moved as one.
-fn together(run: &Interaction, a: &str, b: &str, bearing: Bearing) -> f64 {
-    let target = run.target.as_deref();
-    let upper = match bearing {
-        Bearing::SecondOnTop => Some(b),
-        Bearing::FirstOnTop => Some(a),
-        Bearing::Beside | Bearing::Perhaps => None,
-    };
-    let touches_upper = upper.is_some() && target == upper;
+fn together(run: &Interaction, upper: Option<&Placed>) -> f64 {
+    let touches_upper = upper.is_some_and(|u| run.target.as_deref() == Some(&u.name));
     match run.kind {
         Kind::Toss => LIFTED,
         Kind::Lift if upper.is_none() || touches_upper => LIFTED,
@@ -140,36 +163,4 @@ pub fn excursion(stream: &PoseStream, noise: TrackNoise) -> Option<Vector3<f64>>
         _ => false,
     });
     (turned || farthest.norm() > (8.0 * noise.position / count).max(1.5e-3)).then_some(farthest)
-}
-
-/// The pull at which a bond gave way: a lift of the upper one whose force shows a peak at the parting far
-/// above what it carries afterwards. The bond bore the difference.
-fn breakaway(run: &Interaction, parted: f64, bearing: Bearing, a: &str) -> Option<(f64, f64)> {
-    let lifted_upper = match bearing {
-        Bearing::SecondOnTop => run.target.as_deref() != Some(a),
-        Bearing::FirstOnTop => run.target.as_deref() == Some(a),
-        _ => true,
-    };
-    let force = run.force.as_ref().filter(|_| run.kind == Kind::Lift && lifted_upper)?;
-    let within = |from: f64, to: f64| {
-        force
-            .time
-            .iter()
-            .zip(&force.force)
-            .filter(move |(t, f)| **t >= from && **t <= to && f.x.is_finite())
-            .map(|(_, f)| f.norm())
-    };
-    let near: Vec<f64> = within(parted - 0.6, parted + 0.15).collect();
-    let top = (0..near.len()).max_by(|a, b| near[*a].total_cmp(&near[*b]))?;
-    let peak = near[top];
-    // A stiff bond is loaded and gone between two readings: it bore at least the peak, and at most one more step of it.
-    let step = top.checked_sub(1).map_or(0.0, |before| (peak - near[before]).max(0.0));
-    let mut after: Vec<f64> = within(parted + 0.3, f64::INFINITY).collect();
-    after.sort_by(f64::total_cmp);
-    let carried = *after.get(after.len() / 2)?;
-    let spread = after[after.len() * 84 / 100] - carried;
-    (peak > 2.0 * carried && peak - carried > 1.0 + 6.0 * spread).then(|| {
-        let sd = spread.max(0.02 * peak).hypot(step / 12f64.sqrt());
-        (peak - carried + 0.5 * step, sd)
-    })
 }

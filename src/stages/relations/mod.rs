@@ -1,5 +1,6 @@
 //! `relate`: what rests on what, what is held to what, from what moved along and what was tried.
 
+mod breakaway;
 mod config;
 mod evidence;
 mod placing;

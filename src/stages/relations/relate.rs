@@ -97,7 +97,7 @@ fn pair(
 ) -> Option<Relation> {
     let findings: Vec<Finding> = capture
         .fitted()
-        .filter_map(|run| finding(capture, run, &a.name, &b.name, bearing, config))
+        .filter_map(|run| finding(capture, run, (a, b), bearing, config))
         .collect();
     let (lower, upper) = if bearing == Bearing::FirstOnTop { (b, a) } else { (a, b) };
     let arc = |kind, freedom: u8, probability, from| Relation {
@@ -110,7 +110,7 @@ fn pair(
         from,
         breakaway: None,
     };
-    if findings.iter().all(|f| f.log_odds.abs() < 0.5) {
+    if findings.iter().all(|f| f.log_odds.abs() < 0.5 && f.gave.is_none()) {
         let seen = a.mesh.is_some() && b.mesh.is_some();
         return seen.then(|| {
             let about = format!("{}, {}", lower.name, upper.name);
@@ -129,7 +129,16 @@ fn pair(
     };
     if fixed > 0.9 {
         let mut relation = arc(RelationKind::Fixed, 0, fixed, names(&|f| f.log_odds > 0.0));
-        relation.breakaway = breakaway(&findings);
+        relation.breakaway = breakaway(&findings, true);
+        return Some(relation);
+    }
+    if fixed > UNDECIDED && findings.iter().any(|f| f.gave.is_some()) {
+        let mut relation = arc(RelationKind::Unknown, 3, 1.0 - fixed, names(&|f| f.gave.is_some()));
+        relation.breakaway = breakaway(&findings, false);
+        let about = format!("{}, {}", lower.name, upper.name);
+        let message =
+            "they came apart under a push that first bore more than friction does: a bond that gave way, or a blow";
+        notices.note("relations", &about, message);
         return Some(relation);
     }
     if findings.iter().any(|f| f.parted) {
@@ -143,25 +152,24 @@ fn pair(
     (bearing != Bearing::Perhaps).then(|| arc(RelationKind::Unknown, 3, 1.0 - fixed, names(&|_| true)))
 }
 
-/// Odds add up over the interactions; one lift that brought the other along counts for what it was then, even
-/// if the two came apart later.
+/// Probability of a bond from which on a pair that came apart is not called resting.
+const UNDECIDED: f64 = 0.2;
+
+/// Odds add up over the interactions; one touch that showed a bond counts for what it was then, even if the two came
+/// apart later. Once a bond may have given way, what begins with the two in another place says nothing of it.
 fn probability_of_a_bond(findings: &[Finding], config: &Config) -> f64 {
     let prior = (config.prior_fixed / (1.0 - config.prior_fixed)).ln();
-    let held_before = findings.iter().take_while(|f| !f.parted || f.breakaway.is_some());
+    let gave = findings.iter().position(|f| f.gave.is_some());
+    let as_then = |(i, f): &(usize, &Finding)| gave.is_none_or(|g| *i <= g || f.begins_as(&findings[g], config));
+    let of_it: Vec<&Finding> = findings.iter().enumerate().filter(as_then).map(|(_, f)| f).collect();
+    let held_before = of_it.iter().take_while(|f| !f.parted || f.gave.is_some());
     let bond: f64 = held_before.map(|f| f.log_odds).sum();
-    let all: f64 = findings.iter().map(|f| f.log_odds).sum();
+    let all: f64 = of_it.iter().map(|f| f.log_odds).sum();
     let odds = if bond > 5.0 { prior + bond } else { prior + all };
     1.0 / (1.0 + (-odds.clamp(-7.0, 7.0)).exp())
 }
 
-fn breakaway(findings: &[Finding]) -> Option<Estimate> {
-    let found = findings.iter().find(|f| f.breakaway.is_some())?;
-    let (force, sd) = found.breakaway?;
-    Some(Estimate::measured(
-        force,
-        sd,
-        "N",
-        vec![found.interaction.clone()],
-        "lift-peak",
-    ))
+fn breakaway(findings: &[Finding], sure: bool) -> Option<Estimate> {
+    let found = findings.iter().find(|f| f.gave.is_some())?;
+    Some(found.gave.as_ref()?.estimate(&found.interaction, sure))
 }

@@ -196,3 +196,77 @@ fn glue_that_gave_way_says_at_which_pull() {
     let breakaway = between(&arcs).breakaway.clone().expect("a force");
     assert!((breakaway.value - 6.5).abs() < 0.3, "{}", breakaway.value);
 }
+
+/// A push of the upper one at 40 mm/s that comes to bear at 0.5 s; `force` by the time from then on.
+fn pushed_at_top(force: impl Fn(f64) -> f64) -> Capture {
+    let mut capture = scene(&[(Kind::Push, "top", [0.0; 3], [0.03, 0.0, 0.0])]);
+    let time: Vec<f64> = (0..1000).map(|i| i as f64 * 0.002).collect();
+    let run = &mut capture.interactions[0];
+    run.force = Some(WrenchStream {
+        force: time.iter().map(|t| Vector3::new(force(t - 0.5), 0.0, 0.01)).collect(),
+        time: time.clone(),
+        torque: None,
+    });
+    run.tool_path = Some(PoseStream {
+        position: time.iter().map(|t| Point3::new(0.04 * t, 0.0, 0.056)).collect(),
+        rotation: vec![None; time.len()],
+        time,
+    });
+    capture
+}
+
+#[test]
+fn glue_that_a_push_broke_is_told_from_rest_and_from_a_blow() {
+    // Loaded over 60 ms, and gone between two readings.
+    let glue = arcs(&pushed_at_top(|t| {
+        if t < 0.0 {
+            0.01
+        } else if t < 0.06 {
+            80.0 * t
+        } else {
+            0.2
+        }
+    }));
+    let arc = between(&glue);
+    assert_eq!(arc.kind, RelationKind::Fixed);
+    let breakaway = arc.breakaway.clone().expect("a force");
+    assert!((breakaway.value - 4.6).abs() < 0.3, "{}", breakaway.value);
+    // Friction of what merely rests.
+    let rest = arcs(&pushed_at_top(|t| if t < 0.0 { 0.01 } else { (80.0 * t).min(0.2) }));
+    assert_eq!(between(&rest).kind, RelationKind::Resting);
+    // A short rise: a bond that gave way at once, or the blow of a heavy thing. Nobody can say.
+    let open = arcs(&pushed_at_top(|t| {
+        if t < 0.0 {
+            0.01
+        } else if t < 0.012 {
+            300.0 * t
+        } else {
+            0.2
+        }
+    }));
+    let arc = between(&open);
+    assert_eq!(arc.kind, RelationKind::Unknown);
+    assert!(arc.probability > 0.2 && arc.probability < 0.8, "{}", arc.probability);
+    assert_eq!(arc.breakaway.as_ref().and_then(|b| b.ci95).map(|ci| ci[0]), Some(0.0));
+}
+
+#[test]
+fn what_came_apart_by_a_push_is_not_proved_loose_by_lifting_it_later() {
+    let mut capture = pushed_at_top(|t| {
+        if t < 0.0 {
+            0.01
+        } else if t < 0.012 {
+            300.0 * t
+        } else {
+            0.2
+        }
+    });
+    let mut later = scene(&[(Kind::Lift, "top", [0.0; 3], [0.0, 0.0, 0.08])])
+        .interactions
+        .remove(0);
+    later.name = "lift".into();
+    let top = later.tracks.get_mut("top").expect("a track");
+    top.position.iter_mut().for_each(|p| p.x += 0.03);
+    capture.interactions.push(later);
+    assert_eq!(between(&arcs(&capture)).kind, RelationKind::Unknown);
+}

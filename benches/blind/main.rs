@@ -17,7 +17,7 @@ mod table;
 
 use std::path::Path;
 
-use palpate::base::{Notices, Progress, Seed};
+use palpate::base::{Notices, Progress, Seed, Stopwatch};
 use palpate::capture::write_capture_with;
 use palpate::lab::synthesise;
 use palpate::pipeline::{Options, Pass, build, diagnose};
@@ -64,9 +64,9 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         passes: Pass::ALL.into_iter().filter(|p| !matches!(p, Pass::Symmetry)).collect(),
         ..Options::default()
     };
-    let start = std::time::Instant::now();
+    let watch = Stopwatch::start();
     let run = build(&made.capture, &options, &Progress::silent()).ok()?;
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = watch.seconds();
     let mut only = |causes: Vec<String>| {
         options.diagnosis.causes = Some(causes);
         diagnose(&made.capture, &run.model, &options, &mut Notices::default()).ok()

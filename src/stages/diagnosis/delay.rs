@@ -43,13 +43,16 @@ struct Together {
     first: f64,
 }
 
+/// One regressor.
+type Column = Box<dyn Fn(&Late) -> f64>;
+
 impl Together {
     fn of(each: &[Late], drifts: bool) -> Option<Self> {
         let low = |of: &dyn Fn(&Late) -> f64| each.iter().map(of).reduce(f64::min);
         let high = |of: &dyn Fn(&Late) -> f64| each.iter().map(of).reduce(f64::max);
         let (first, span) = (low(&|e| e.time)?, high(&|e| e.time)? - low(&|e| e.time)?);
         let coasts = high(&|e| e.speed)? > 1.5 * low(&|e| e.speed)?;
-        let mut columns: Vec<Box<dyn Fn(&Late) -> f64>> = vec![Box::new(|_| 1.0)];
+        let mut columns: Vec<Column> = vec![Box::new(|_| 1.0)];
         if coasts {
             columns.push(Box::new(|e| e.speed));
         }

@@ -49,7 +49,7 @@ pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
     let names = [("s", "1"), ("a", "rad")];
     let stated = names.iter().zip(&told).filter_map(|((name, unit), t)| {
         let t = t.as_ref()?;
-        let estimate = Estimate::measured(t.value, t.sd, *unit, from.clone(), "way against the tool's");
+        let estimate = Estimate::measured(t.value, t.sd, unit, from.clone(), "way against the tool's");
         Some(((*name).to_owned(), estimate))
     });
     // A scale alone is that of all lengths as well as of this tracking.

@@ -153,13 +153,23 @@ fn part(part: &Part, tree: &Tree, index: usize, first: usize) -> PlayPart {
         com: part.com.into(),
         moments: moments.into(),
         principal: principal.coords.into(),
-        friction: part.surface.kinetic_friction,
+        friction: rubbing(part),
         rolling: part.surface.rolling,
         hulls: part.hulls.clone(),
         assumed: part.assumed.clone(),
         anchored: tree.anchored && part.attachment.is_none(),
         joint: part.hold().map(|h| joint(h, &part.world_from_part, first)),
     }
+}
+
+/// What a link that moves by its joint alone rubs on is in the measured friction of that joint: rubbing on the table with a
+/// friction that nobody measured it would be slowed twice, or jam.
+fn rubbing(part: &Part) -> f64 {
+    let slowed = part.hold().is_some_and(|h| h.motions.iter().any(|m| m.friction > 0.0));
+    if part.surface.assumed && slowed {
+        return 0.0;
+    }
+    part.surface.kinetic_friction
 }
 
 fn joint(hold: &Attachment, world_from_part: &Isometry3<f64>, first: usize) -> PlayJoint {

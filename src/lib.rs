@@ -12,6 +12,8 @@ pub mod lab;
 pub mod math;
 pub mod physics;
 pub mod pipeline;
+#[cfg(feature = "rerun")]
+pub mod recording;
 pub mod report;
 pub mod stages;
 pub mod twin;

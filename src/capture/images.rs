@@ -161,7 +161,7 @@ pub(super) fn grey16_png(width: u32, height: u32, values: &[u16]) -> Result<Vec<
 }
 
 /// An 8-bit RGB PNG of `image`.
-pub(super) fn color_png(image: &ColorImage) -> Result<Vec<u8>> {
+pub fn color_png(image: &ColorImage) -> Result<Vec<u8>> {
     let flat: Vec<u8> = image.rgb.iter().flatten().copied().collect();
     let image = ImageBuffer::<Rgb<u8>, _>::from_raw(image.width, image.height, flat);
     encode(image.map(DynamicImage::ImageRgb8))

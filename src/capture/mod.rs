@@ -29,6 +29,7 @@ mod write;
 
 pub use faults::{SensorFaults, Strays};
 pub use frames::read_frame;
+pub use images::color_png;
 pub use inspect::inspect;
 pub use inspection::{
     CameraSummary, Inspection, InteractionSummary, Missing, Motion, NoiseAtRest, StreamSummary, ViewSummary,

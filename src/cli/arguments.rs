@@ -94,6 +94,10 @@ pub enum Command {
         /// The scale of the force sensor as `palpate calibrate force` found it: forces are divided by it, its doubt counts
         #[arg(long)]
         force_scale: Option<PathBuf>,
+        /// Also write recording.rrd, the run as a recording for the Rerun viewer (needs a palpate built with the
+        /// feature `rerun`)
+        #[arg(long)]
+        rerun: bool,
         /// Write the seconds of each pass into the twin (it then differs from run to run)
         #[arg(long)]
         timings: bool,

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::arguments::Common;
 use super::output;
-use crate::base::{Result, Seed, StagedFolder, read_text, write_atomically};
+use crate::base::{Error, Result, Seed, StagedFolder, read_text, write_atomically};
 use crate::capture::{Capture, read_capture};
 use crate::export::export_all;
 use crate::pipeline::{Options, Pass, Run, build};
@@ -27,13 +27,23 @@ pub struct Request<'a> {
     pub snapshot_search: Option<&'a Path>,
     pub snapshot_evaluations: Option<usize>,
     pub force_scale: Option<&'a Path>,
+    pub rerun: bool,
 }
+
+/// The recording for the Rerun viewer, in the twin's folder.
+const RECORDING: &str = "recording.rrd";
 
 /// Reconstructs and says what came out.
 pub fn reconstruct(common: &Common, capture: &Path, out: &Path, request: &Request) -> Result<ExitCode> {
+    if request.rerun && !cfg!(feature = "rerun") {
+        return Err(Error::Usage(
+            "--rerun: this palpate was built without the recording; build it with `cargo build --release --features rerun`".into(),
+        ));
+    }
     let options = options(common, request)?;
     let capture = read_capture(capture)?;
-    if request.resume && is_done(out, &capture, &options) {
+    let recorded = !request.rerun || out.join(RECORDING).exists();
+    if request.resume && recorded && is_done(out, &capture, &options) {
         output::say(
             common,
             &format!("{}: already made from this capture with these options", out.display()),
@@ -42,6 +52,10 @@ pub fn reconstruct(common: &Common, capture: &Path, out: &Path, request: &Reques
     }
     let staged = StagedFolder::create(out, "twin.json")?;
     let run = run_passes(common, &capture, &options)?;
+    #[cfg(feature = "rerun")]
+    if request.rerun {
+        staged.write(RECORDING, &crate::recording::record(&capture, &run)?)?;
+    }
     write(&capture, &run, &options, staged)?;
     output::notices(common, &run.model.twin.notices);
     output::result(common, &summary(&run, out), &digest(&run, out))?;

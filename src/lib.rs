@@ -8,6 +8,7 @@ pub mod cli;
 pub mod engines;
 pub mod export;
 pub mod geometry;
+pub mod import;
 pub mod lab;
 pub mod math;
 pub mod physics;

@@ -19,6 +19,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("lab", &["base", "math", "geometry", "capture", "twin"]),
     ("learning", &["base", "math", "capture", "twin", "physics", "lab"]),
     ("pipeline", &["base", "capture", "twin", "stages"]),
+    ("import", &["base", "geometry", "capture"]),
     ("export", &["base", "geometry", "twin"]),
     ("engines", &["base", "geometry", "capture", "twin", "export"]),
     (
@@ -26,9 +27,24 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &["base", "math", "capture", "twin", "stages", "pipeline", "export"],
     ),
     (
+        "recording",
+        &["base", "geometry", "capture", "twin", "stages", "pipeline"],
+    ),
+    (
         "cli",
         &[
-            "base", "capture", "twin", "stages", "lab", "learning", "pipeline", "export", "engines", "report",
+            "base",
+            "capture",
+            "twin",
+            "stages",
+            "lab",
+            "learning",
+            "pipeline",
+            "import",
+            "export",
+            "engines",
+            "report",
+            "recording",
         ],
     ),
 ];

@@ -297,20 +297,86 @@ pub enum Import {
         #[arg(long)]
         out: PathBuf,
     },
-    /// Not built yet
+    /// An MCAP file of a robot (ROS 2 messages in CDR; poses, transforms, wrenches and cameras also in JSON)
+    #[command(
+        after_help = "Example:\n  palpate import mcap push.mcap --out capture     # lists the topics\n  palpate import mcap push.mcap --out capture --world base_link --kind push --track box=/mocap/box --tool tf:fingertip --tool-radius 0.006 --force /wrist/wrench\n  palpate import mcap scan.mcap --out capture --still --depth /camera/depth/image_rect --camera-info /camera/depth/camera_info\n\nA PLACE is a topic of poses, or tf:FRAME for a frame of /tf and /tf_static."
+    )]
     Mcap {
         /// The recording
         source: PathBuf,
         /// Where the capture goes
         #[arg(long)]
         out: PathBuf,
+        /// What to take
+        #[command(flatten)]
+        options: McapOptions,
     },
-    /// Not built yet
+    /// A scene folder of the BOP benchmark: its images, the shapes and poses of its things as known
+    #[command(after_help = "Example:\n  palpate import bop ycbv/test/000048 --out capture")]
     Bop {
-        /// The scene's folder
+        /// The scene's folder, with scene_camera.json
         source: PathBuf,
         /// Where the capture goes
         #[arg(long)]
         out: PathBuf,
+        /// The folder of the models (default: `models` of the data set)
+        #[arg(long)]
+        models: Option<PathBuf>,
+        /// The thing whose frame becomes the world, where the scene does not say where its cameras stood
+        #[arg(long, value_name = "ID")]
+        world_object: Option<u32>,
+        /// Things move between the images: one recording with a track of each instead of views
+        #[arg(long)]
+        moving: bool,
+        /// Images per second of such a recording; the format has no times
+        #[arg(long, default_value_t = 30.0)]
+        rate: f64,
     },
+}
+
+/// What to take from an MCAP file.
+#[derive(Clone, Debug, Args)]
+pub struct McapOptions {
+    /// Topic of range images (sensor_msgs/Image in 16UC1 or 32FC1)
+    #[arg(long, value_name = "TOPIC")]
+    pub depth: Option<String>,
+    /// Topic of colour images in register with them
+    #[arg(long, value_name = "TOPIC")]
+    pub color: Option<String>,
+    /// Topic of the lens of the range camera
+    #[arg(long, value_name = "TOPIC")]
+    pub camera_info: Option<String>,
+    /// Where its optical frame was (default: the frame that its lens names)
+    #[arg(long, value_name = "PLACE")]
+    pub camera: Option<String>,
+    /// A thing that was tracked, and where it was; may be given again
+    #[arg(long = "track", value_name = "NAME=PLACE")]
+    pub tracks: Vec<String>,
+    /// Where the tool was
+    #[arg(long, value_name = "PLACE")]
+    pub tool: Option<String>,
+    /// The tool is a ball of this radius, m
+    #[arg(long, value_name = "METRES")]
+    pub tool_radius: Option<f64>,
+    /// Topic of wrenches: what the tool exerts on the thing
+    #[arg(long, value_name = "TOPIC")]
+    pub force: Option<String>,
+    /// The wrenches are what the thing exerts on the tool
+    #[arg(long, requires = "force")]
+    pub reaction: bool,
+    /// The frame that becomes the world, z up
+    #[arg(long, value_name = "FRAME", default_value = "world")]
+    pub world: String,
+    /// What was done: push, pull, press, lift, tilt, toss or hold (default)
+    #[arg(long)]
+    pub kind: Option<String>,
+    /// What the tool means to touch
+    #[arg(long, value_name = "NAME")]
+    pub target: Option<String>,
+    /// The images show a scene that stands still: they become views
+    #[arg(long)]
+    pub still: bool,
+    /// Of the range images, keep every one in so many
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub every: usize,
 }

@@ -1,38 +1,131 @@
 //! `palpate import`: other people's models and recordings.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
-use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::json;
 
-use super::arguments::{Common, Import};
+use super::arguments::{Common, Import, McapOptions};
 use super::output;
-use crate::base::{Error, Result, StagedFolder, read_text};
-use crate::capture::{Capture, Interaction, Kind, Noise, PoseStream, write_capture};
+use crate::base::{Error, Result, StagedFolder};
+use crate::capture::{Capture, Kind, write_capture};
 use crate::export::{Trust, adopt, export_all};
+use crate::import::{BopRequest, McapRequest, import_bop, import_mcap, import_tum};
 use crate::stages::diagnosis::Diagnosed;
 use crate::twin::write_twin;
-
-/// How far the length of a quaternion may be from one.
-const UNIT: f64 = 1e-3;
 
 /// Imports what was asked for.
 pub fn import(common: &Common, what: &Import) -> Result<ExitCode> {
     match what {
         Import::Twin { file, out, known } => twin(common, file, out, *known),
-        Import::Tum { files, out } => tum(common, files, out),
-        Import::Mcap { source, .. } => later("mcap", source),
-        Import::Bop { source, .. } => later("bop", source),
+        Import::Tum { files, out } => written(common, &import_tum(files, out)?, &[]),
+        Import::Mcap { source, out, options } => {
+            let (capture, left_out) = import_mcap(source, &wanted(options)?, out)?;
+            written(common, &capture, &left_out)
+        }
+        Import::Bop {
+            source,
+            out,
+            models,
+            world_object,
+            moving,
+            rate,
+        } => {
+            if !(rate.is_finite() && *rate > 0.0) {
+                return Err(Error::Usage(format!(
+                    "--rate {rate}: expected images per second above zero"
+                )));
+            }
+            let request = BopRequest {
+                models: models.clone(),
+                world_object: *world_object,
+                moving: *moving,
+                rate: *rate,
+            };
+            let (capture, left_out) = import_bop(source, &request, out)?;
+            written(common, &capture, &left_out)
+        }
     }
 }
 
-fn later(format: &str, source: &Path) -> Result<ExitCode> {
-    Err(Error::Failed(format!(
-        "{}: importing {format} is not built yet; `palpate import twin` and `palpate import tum` are",
-        source.display()
-    )))
+/// The options of `import mcap` as a request.
+fn wanted(o: &McapOptions) -> Result<McapRequest> {
+    let mut tracks = Vec::new();
+    for word in &o.tracks {
+        let parts = word
+            .split_once('=')
+            .filter(|(name, place)| !name.is_empty() && !place.is_empty());
+        let (name, place) = parts.ok_or_else(|| Error::Usage(format!("--track {word}: expected NAME=PLACE")))?;
+        if tracks.iter().any(|(other, _)| other == name) {
+            return Err(Error::Usage(format!(
+                "--track {word}: there is a track of {name} already"
+            )));
+        }
+        tracks.push((name.to_owned(), place.to_owned()));
+    }
+    let kind = |word: &String| {
+        let value = serde_json::Value::String(word.clone());
+        serde_json::from_value::<Kind>(value).map_err(|e| Error::Usage(format!("--kind {word}: {e}")))
+    };
+    if let Some(radius) = o.tool_radius.filter(|r| !(r.is_finite() && *r > 0.0)) {
+        return Err(Error::Usage(format!(
+            "--tool-radius {radius}: expected metres above zero"
+        )));
+    }
+    Ok(McapRequest {
+        depth: o.depth.clone(),
+        color: o.color.clone(),
+        camera_info: o.camera_info.clone(),
+        camera: o.camera.clone(),
+        tracks,
+        tool: o.tool.clone(),
+        tool_radius: o.tool_radius,
+        force: o.force.clone(),
+        reaction: o.reaction,
+        world: o.world.clone(),
+        kind: o.kind.as_ref().map(kind).transpose()?,
+        target: o.target.clone(),
+        still: o.still,
+        every: o.every,
+    })
+}
+
+/// Writes what was imported and says what is in it, and what is not.
+fn written(common: &Common, capture: &Capture, left_out: &[String]) -> Result<ExitCode> {
+    write_capture(capture, &capture.root)?;
+    let only = capture.interactions.first();
+    let tracks: Vec<&String> = only.map_or_else(Vec::new, |i| i.tracks.keys().collect());
+    let rows: usize = only.map_or(0, |i| i.tracks.values().map(crate::capture::PoseStream::len).sum());
+    let frames = only.and_then(|i| i.frames.as_ref()).map_or(0, |f| f.time.len());
+    let forces = only.and_then(|i| i.force.as_ref()).map_or(0, |f| f.time.len());
+    let bodies: Vec<&String> = capture.bodies.iter().map(|b| &b.name).collect();
+    let names: Vec<&str> = tracks.iter().map(|n| n.as_str()).collect();
+    let mut said = Vec::new();
+    if !capture.views.is_empty() {
+        said.push(format!("{} views", capture.views.len()));
+    }
+    if frames > 0 {
+        said.push(format!("{frames} images"));
+    }
+    if !names.is_empty() {
+        said.push(format!("{rows} poses of {}", names.join(", ")));
+    }
+    if forces > 0 {
+        said.push(format!("{forces} forces"));
+    }
+    if !bodies.is_empty() {
+        said.push(format!("{} known things", bodies.len()));
+    }
+    let mut text = format!("{}: {}", capture.root.display(), said.join(", "));
+    for one in left_out {
+        text += &format!("\nleft out: {one}");
+    }
+    let object = json!({
+        "out": capture.root, "views": capture.views.len(), "images": frames, "tracks": tracks, "rows": rows,
+        "forces": forces, "bodies": bodies, "left_out": left_out,
+    });
+    output::result(common, &text, &object)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn twin(common: &Common, file: &Path, out: &Path, known: bool) -> Result<ExitCode> {
@@ -56,90 +149,4 @@ fn twin(common: &Common, file: &Path, out: &Path, known: bool) -> Result<ExitCod
     let object = json!({ "out": out, "links": links, "joints": joints, "status": word });
     output::result(common, &text, &object)?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Each file is the track of the thing that it is named after.
-fn tum(common: &Common, files: &[PathBuf], out: &Path) -> Result<ExitCode> {
-    let mut tracks = BTreeMap::new();
-    for file in files {
-        let name = file
-            .file_stem()
-            .map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-        if tracks.insert(name.clone(), trajectory(file)?).is_some() {
-            return Err(Error::bad_input(file, "name", name, "a name that no other file has"));
-        }
-    }
-    let rows: usize = tracks.values().map(PoseStream::len).sum();
-    let names: Vec<String> = tracks.keys().cloned().collect();
-    let interaction = Interaction {
-        name: "recording".into(),
-        kind: Kind::Hold,
-        action: None,
-        tool_name: None,
-        tool: None,
-        target: None,
-        force: None,
-        tool_path: None,
-        support_path: None,
-        tracks,
-        frames: None,
-        held_out: false,
-    };
-    let folder = out
-        .file_name()
-        .map_or_else(|| "recording".into(), |n| n.to_string_lossy().into_owned());
-    let capture = Capture {
-        root: out.to_path_buf(),
-        name: folder,
-        gravity: Vector3::new(0.0, 0.0, -9.80665),
-        support: None,
-        cameras: Vec::new(),
-        views: Vec::new(),
-        bodies: Vec::new(),
-        noise: Noise::default(),
-        interactions: vec![interaction],
-        truth: None,
-        digest: String::new(),
-    };
-    write_capture(&capture, out)?;
-    let text = format!("{}: {rows} poses of {}", out.display(), names.join(", "));
-    output::result(common, &text, &json!({ "out": out, "tracks": names, "rows": rows }))?;
-    Ok(ExitCode::SUCCESS)
-}
-
-/// A trajectory of the TUM RGB-D benchmark: `timestamp tx ty tz qx qy qz qw` a line, `#` before comments.
-fn trajectory(file: &Path) -> Result<PoseStream> {
-    let mut stream = PoseStream::default();
-    for (number, line) in read_text(file)?.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or("").trim();
-        if line.is_empty() {
-            continue;
-        }
-        let bad = |found: &str, expected: &str| Error::bad_input(file, format!("row {}", number + 1), found, expected);
-        let parsed: Option<Vec<f64>> = line
-            .split([' ', '\t', ','])
-            .filter(|w| !w.is_empty())
-            .map(|w| w.parse().ok())
-            .collect();
-        let row = parsed
-            .and_then(|r| <[f64; 8]>::try_from(r).ok())
-            .filter(|r| r.iter().all(|v| v.is_finite()));
-        let Some([t, x, y, z, i, j, k, w]) = row else {
-            return Err(bad(line, "eight numbers: time, x, y, z, qx, qy, qz, qw"));
-        };
-        if stream.time.last().is_some_and(|last| t < *last) {
-            return Err(bad(line, "times that do not run backwards"));
-        }
-        let q = Quaternion::new(w, i, j, k);
-        if (q.norm() - 1.0).abs() > UNIT {
-            return Err(bad(line, "a unit quaternion"));
-        }
-        stream.time.push(t);
-        stream.position.push(Point3::new(x, y, z));
-        stream.rotation.push(Some(UnitQuaternion::from_quaternion(q)));
-    }
-    if stream.is_empty() {
-        return Err(Error::bad_input(file, "rows", "none", "at least one pose"));
-    }
-    Ok(stream)
 }

@@ -1,7 +1,8 @@
 //! The cameras: where each stood, and what it saw.
 
 use re_sdk_types::archetypes::{DepthImage, EncodedImage, Pinhole, SegmentationImage, Transform3D};
-use re_sdk_types::components::{MediaType, ViewCoordinates};
+use re_sdk_types::components::{ImageFormat, MediaType, ViewCoordinates};
+use re_sdk_types::datatypes::ChannelDatatype;
 
 use super::clock::{Moment, Span, view_moment};
 use super::scene::pose;
@@ -35,7 +36,13 @@ pub(super) fn log(stream: &mut Stream, capture: &Capture, spans: &[Option<Span>]
         for (i, time) in frames.time.iter().enumerate() {
             let (depth, color) = read_frame(capture, frames, i)?;
             let at = frames.pose(i);
-            picture(stream, camera, span.at(*time), at.as_ref(), (&depth, color.as_ref(), None))?;
+            picture(
+                stream,
+                camera,
+                span.at(*time),
+                at.as_ref(),
+                (&depth, color.as_ref(), None),
+            )?;
         }
     }
     Ok(())
@@ -60,7 +67,10 @@ fn picture(
     (depth, color, labels): (&Depth, Option<&ColorImage>, Option<&LabelImage>),
 ) -> Result<()> {
     // A frame whose pose is not known is shown as a picture, and in no place.
-    let transform = world_from_camera.map_or_else(|| Transform3D::update_fields().with_scale(0.0_f32), |p| pose(p).with_scale(1.0_f32));
+    let transform = world_from_camera.map_or_else(
+        || Transform3D::update_fields().with_scale(0.0_f32),
+        |p| pose(p).with_scale(1.0_f32),
+    );
     stream.at(&["world", "cameras", &camera.name], moment, &transform)?;
     let counts = DepthImage::from_gray16(little_endian(&depth.counts), [depth.width, depth.height])
         .with_meter((1.0 / camera.depth_unit) as f32);
@@ -70,7 +80,10 @@ fn picture(
         stream.at(&["world", "cameras", &camera.name, "color"], moment, &png)?;
     }
     if let Some(labels) = labels {
-        let ids = SegmentationImage::from_gray16(little_endian(&labels.ids), [labels.width, labels.height]);
+        let ids = SegmentationImage::new(
+            little_endian(&labels.ids),
+            ImageFormat::segmentation([labels.width, labels.height], ChannelDatatype::U16),
+        );
         stream.at(&["world", "cameras", &camera.name, "labels"], moment, &ids)?;
     }
     Ok(())

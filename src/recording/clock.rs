@@ -67,7 +67,11 @@ pub(super) fn spans(capture: &Capture) -> Vec<Option<Span>> {
 
 /// The first and the last finite time of any stream.
 fn extent(interaction: &Interaction) -> Option<(f64, f64)> {
-    let poses = interaction.tracks.values().chain(&interaction.tool_path).map(|s| &s.time);
+    let poses = interaction
+        .tracks
+        .values()
+        .chain(&interaction.tool_path)
+        .map(|s| &s.time);
     let others = [
         interaction.force.as_ref().map(|s| &s.time),
         interaction.support_path.as_ref().map(|s| &s.time),

@@ -14,7 +14,11 @@ use crate::stages::diagnosis::Curve;
 
 /// Measured minus predicted.
 const RESIDUAL: &str = "residual";
-const LINES: [(&str, [u8; 3]); 3] = [(MEASURED, [90, 100, 110]), (PREDICTED, ORANGE), (RESIDUAL, [200, 40, 90])];
+const LINES: [(&str, [u8; 3]); 3] = [
+    (MEASURED, [90, 100, 110]),
+    (PREDICTED, ORANGE),
+    (RESIDUAL, [200, 40, 90]),
+];
 
 /// One plot per label: touches follow each other on it, with a gap between.
 pub(super) fn log(stream: &mut Stream, capture: &Capture, run: &Run, spans: &[Option<Span>]) -> Result<()> {
@@ -24,7 +28,9 @@ pub(super) fn log(stream: &mut Stream, capture: &Capture, run: &Run, spans: &[Op
     }
     for (label, unit) in labels {
         for (name, color) in LINES {
-            let line = SeriesLines::new().with_names([format!("{name}, {unit}")]).with_colors([color]);
+            let line = SeriesLines::new()
+                .with_names([format!("{name}, {unit}")])
+                .with_colors([color]);
             stream.still(&["curves", label, name], &line)?;
         }
     }
@@ -49,7 +55,9 @@ fn curve(stream: &mut Stream, span: &Span, curve: &Curve) -> Result<()> {
     for (name, _) in LINES {
         let rows = curve.time.iter().enumerate().map(|(i, t)| (*t, of(name, i)));
         let read: Vec<(f64, f64)> = rows.filter(|(t, v)| v.is_finite() && span.holds(*t)).collect();
-        let Some((last, _)) = read.last().copied() else { continue };
+        let Some((last, _)) = read.last().copied() else {
+            continue;
+        };
         let mut moments: Vec<Moment> = read.iter().map(|(t, _)| span.at(*t)).collect();
         let mut values: Vec<f64> = read.iter().map(|(_, v)| *v).collect();
         // The line ends with the touch: it is not drawn on to the next one.

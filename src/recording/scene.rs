@@ -74,7 +74,11 @@ fn shape(stream: &mut Stream, model: &Model, link: &Link) -> Result<()> {
         stream.still(&["world", PREDICTED, &link.name], &predicted)?;
     }
     // Nothing is predicted before the first touch: a size of zero hides the shape.
-    stream.at(&["world", PREDICTED, &link.name], start, &pose(&link.pose).with_scale(0.0_f32))?;
+    stream.at(
+        &["world", PREDICTED, &link.name],
+        start,
+        &pose(&link.pose).with_scale(0.0_f32),
+    )?;
     stream.at(&["world", MEASURED, &link.name], start, &pose(&link.pose))
 }
 

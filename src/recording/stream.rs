@@ -40,7 +40,10 @@ impl Stream {
             store: store.clone(),
             next: 1,
         };
-        let info = StoreInfo::new(store, StoreSource::Other(format!("palpate {}", env!("CARGO_PKG_VERSION"))));
+        let info = StoreInfo::new(
+            store,
+            StoreSource::Other(format!("palpate {}", env!("CARGO_PKG_VERSION"))),
+        );
         let row_id = stream.id();
         let row_id = RowId::from_u128(row_id).as_tuid();
         stream.append(&LogMsg::SetStoreInfo(SetStoreInfo { row_id, info }))?;

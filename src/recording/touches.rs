@@ -28,7 +28,9 @@ const AXES: [(&str, [u8; 3]); 3] = [("x", [220, 60, 60]), ("y", [60, 160, 60]), 
 pub(super) fn log(stream: &mut Stream, capture: &Capture, run: &Run, spans: &[Option<Span>]) -> Result<()> {
     for (name, unit) in [("force", "N"), ("torque", "N·m")] {
         for (axis, color) in AXES {
-            let line = SeriesLines::new().with_names([format!("{axis}, {unit}")]).with_colors([color]);
+            let line = SeriesLines::new()
+                .with_names([format!("{axis}, {unit}")])
+                .with_colors([color]);
             stream.still(&["tool", name, axis], &line)?;
         }
     }
@@ -107,28 +109,44 @@ fn predicted(stream: &mut Stream, span: &Span, name: &str, path: &Path) -> Resul
         .with_many_quaternion(rows.iter().map(|(_, p)| quaternion(&p.0.rotation)))
         .with_many_scale(rows.iter().map(|_| 1.0_f32));
     stream.rows(&["world", PREDICTED, name], &moments, moved.columns_of_unit_batches())?;
-    line(stream, span, &["world", "touch", "way", PREDICTED, name], places, ORANGE)?;
+    line(
+        stream,
+        span,
+        &["world", "touch", "way", PREDICTED, name],
+        places,
+        ORANGE,
+    )?;
     let Some(last) = moments.last() else { return Ok(()) };
     let gone = Moment {
         played: last.played + LINGER,
         recorded: last.recorded,
     };
-    stream.at(&["world", PREDICTED, name], gone, &Transform3D::update_fields().with_scale(0.0_f32))
+    stream.at(
+        &["world", PREDICTED, name],
+        gone,
+        &Transform3D::update_fields().with_scale(0.0_f32),
+    )
 }
 
 /// The whole way of what moves, from the start of the touch.
 fn line(stream: &mut Stream, span: &Span, at: &[&str], places: Vec<[f32; 3]>, color: [u8; 3]) -> Result<()> {
-    let Some(first) = places.first().copied() else { return Ok(()) };
+    let Some(first) = places.first().copied() else {
+        return Ok(());
+    };
     let far = |p: &[f32; 3]| (0..3).any(|k| f64::from(p[k] - first[k]).abs() > STILL);
     if !places.iter().any(far) {
         return Ok(());
     }
-    let strip = LineStrips3D::new([places]).with_colors([color]).with_radii([0.0008_f32]);
+    let strip = LineStrips3D::new([places])
+        .with_colors([color])
+        .with_radii([0.0008_f32]);
     stream.at(at, span.at(span.start), &strip)
 }
 
 fn tool(stream: &mut Stream, span: &Span, interaction: &Interaction) -> Result<()> {
-    let Some(path) = &interaction.tool_path else { return Ok(()) };
+    let Some(path) = &interaction.tool_path else {
+        return Ok(());
+    };
     let (moments, moved, places) = motion(span, path);
     stream.rows(&["world", "touch", "tool"], &moments, moved.columns_of_unit_batches())?;
     if let (Some(first), Some(shape)) = (moments.first(), &interaction.tool) {
@@ -147,7 +165,11 @@ fn body(stream: &mut Stream, moment: Moment, tool: &Tool) -> Result<()> {
     };
     match &tool.shape {
         ToolShape::Sphere { radius } => stream.at(at, moment, &ball(*radius)),
-        ToolShape::Box { half } => stream.at(at, moment, &Boxes3D::from_half_sizes([place(half)]).with_colors([FORCE])),
+        ToolShape::Box { half } => stream.at(
+            at,
+            moment,
+            &Boxes3D::from_half_sizes([place(half)]).with_colors([FORCE]),
+        ),
         ToolShape::Cylinder { radius, half_height } => {
             let drawn = Cylinders3D::from_lengths_and_radii([2.0 * *half_height as f32], [*radius as f32]);
             stream.at(at, moment, &drawn.with_colors([FORCE]))
@@ -164,7 +186,9 @@ fn arrows(
     force: &WrenchStream,
     (tare, scale): (Vector3<f64>, f64),
 ) -> Result<()> {
-    let Some(path) = &interaction.tool_path else { return Ok(()) };
+    let Some(path) = &interaction.tool_path else {
+        return Ok(());
+    };
     let (mut moments, mut origins, mut vectors) = (Vec::new(), Vec::new(), Vec::new());
     for (time, felt) in force.time.iter().zip(&force.force) {
         let row = path.time.partition_point(|t| t <= time).saturating_sub(1);

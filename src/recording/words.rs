@@ -28,7 +28,12 @@ pub(super) fn log(stream: &mut Stream, capture: &Capture, run: &Run, spans: &[Op
     for (interaction, span) in capture.interactions.iter().zip(spans) {
         let Some(span) = span else { continue };
         let trace = run.traces.iter().find(|t| t.interaction == interaction.name);
-        let said = begin(interaction.kind.name(), &interaction.name, interaction.target.as_deref(), trace);
+        let said = begin(
+            interaction.kind.name(),
+            &interaction.name,
+            interaction.target.as_deref(),
+            trace,
+        );
         stream.at(&["log"], span.at(span.start), &line(said, TextLogLevel::INFO))?;
         let segmented = run.segmented.iter().find(|s| s.interaction == interaction.name);
         phases(stream, span, segmented)?;
@@ -136,7 +141,12 @@ fn estimates(twin: &Twin) -> Result<String> {
         walk(&mut rows, &link.name, "", &serde_json::to_value(link).map_err(failed)?);
     }
     for joint in twin.joints() {
-        walk(&mut rows, &joint.name, "", &serde_json::to_value(joint).map_err(failed)?);
+        walk(
+            &mut rows,
+            &joint.name,
+            "",
+            &serde_json::to_value(joint).map_err(failed)?,
+        );
     }
     for relation in &twin.relations {
         let of = format!("{}, {}", relation.a, relation.b);
@@ -159,10 +169,19 @@ fn walk(rows: &mut String, of: &str, path: &str, value: &Value) {
         *rows += &format!("| {of} | {path} | {number} | {sd} | {interval} | {unit} | {status} | {method} |\n");
         return;
     }
-    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    let below = |key: &str| {
+        if path.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{path}.{key}")
+        }
+    };
     match value {
         Value::Object(all) => all.iter().for_each(|(k, v)| walk(rows, of, &below(k), v)),
-        Value::Array(all) => all.iter().enumerate().for_each(|(i, v)| walk(rows, of, &below(&i.to_string()), v)),
+        Value::Array(all) => all
+            .iter()
+            .enumerate()
+            .for_each(|(i, v)| walk(rows, of, &below(&i.to_string()), v)),
         _ => {}
     }
 }

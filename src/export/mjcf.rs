@@ -2,12 +2,13 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use super::doubts;
 use super::feet::{RADIUS, feet};
 use super::inertial::six;
 use super::scene::{Attachment, Motion, Part, Scene, Tree};
 use super::urdf::upright_to;
 use super::xml::{Element, number, numbers, vector};
-use crate::twin::{JointKind, Link, Model};
+use crate::twin::{JointKind, Model};
 
 /// Torsional friction, m, and rolling friction, m, of MuJoCo where none was measured.
 const DEFAULT_TORSION: f64 = 0.005;
@@ -311,27 +312,20 @@ fn custom(scene: &Scene, model: &Model) -> Element {
             format!("{}_friction_static", part.name),
             &[part.surface.static_friction],
         );
-        let Some(link) = model.twin.link(&part.link) else {
-            continue;
-        };
-        for (quantity, interval) in intervals(link) {
-            numeric(format!("{}_{quantity}_ci95", part.name), &interval);
+        let said = model.twin.link(&part.link).map(doubts::of_link).unwrap_or_default();
+        let hold = part.attachment.as_ref();
+        let joint = hold.and_then(|h| Some((&h.name, model.twin.joints().find(|j| j.name == h.joint)?)));
+        let moving = joint.map(|(name, joint)| (name, doubts::of_joint(joint)));
+        let moving = moving
+            .iter()
+            .flat_map(|(name, all)| all.iter().map(move |d| (*name, d)));
+        for (of, doubt) in said.iter().map(|d| (&part.name, d)).chain(moving) {
+            if let Some(interval) = doubt.interval {
+                numeric(format!("{of}_{}_ci95", doubt.name), &interval);
+            }
         }
     }
     custom
-}
-
-fn intervals(link: &Link) -> Vec<(&'static str, [f64; 2])> {
-    let list = [
-        ("mass", &link.mass),
-        ("friction_static", &link.friction.static_),
-        ("friction_kinetic", &link.friction.kinetic),
-        ("stiffness", &link.stiffness),
-        ("restitution", &link.restitution),
-    ];
-    list.into_iter()
-        .filter_map(|(name, e)| Some((name, e.as_ref()?.ci95?)))
-        .collect()
 }
 
 /// MuJoCo's order, scalar first.

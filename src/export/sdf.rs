@@ -7,12 +7,12 @@
 
 use nalgebra::Isometry3;
 
+use super::doubts::{self, Doubt};
 use super::inertial::six;
 use super::layout::of_carriers;
 use super::scene::{Attachment, Motion, Part, Scene};
 use super::urdf::{CARRIER, TABLE, TABLE_SIZE, roll_pitch_yaw, upright_to};
 use super::xml::{Element, number, numbers, vector};
-use crate::base::Estimate;
 use crate::twin::{JointKind, Model};
 
 /// The file's text.
@@ -106,18 +106,8 @@ fn link(part: &Part, twin: &Model) -> Element {
     if !part.assumed.is_empty() {
         link.comment(format!("assumed: {}", part.assumed.join(", ")));
     }
-    if let Some(known) = twin.twin.link(&part.link) {
-        let list = [
-            ("mass", &known.mass),
-            ("static friction", &known.friction.static_),
-            ("kinetic friction", &known.friction.kinetic),
-            ("stiffness", &known.stiffness),
-            ("restitution", &known.restitution),
-        ];
-        for (name, estimate) in list {
-            comment_interval(&mut link, name, estimate.as_ref());
-        }
-    }
+    let said = twin.twin.link(&part.link).map(doubts::of_link).unwrap_or_default();
+    said.iter().filter_map(Doubt::comment).for_each(|c| link.comment(c));
     link.push(pose(&part.world_from_part));
     link.push(inertial(part.mass, &part.com, &six(&part.inertia)));
     let offset = Isometry3::translation(part.link_origin.x, part.link_origin.y, part.link_origin.z);
@@ -143,12 +133,6 @@ fn link(part: &Part, twin: &Model) -> Element {
         link.push(collision.holding(surface(part)).holding(proximity(part)));
     }
     link
-}
-
-fn comment_interval(to: &mut Element, name: &str, estimate: Option<&Estimate>) {
-    if let Some((e, [low, high])) = estimate.and_then(|e| Some((e, e.ci95?))) {
-        to.comment(format!("{name}: {} {}, 95 % within [{low}, {high}]", e.value, e.unit));
-    }
 }
 
 fn inertial(mass: f64, com: &nalgebra::Vector3<f64>, six: &[f64; 6]) -> Element {
@@ -229,16 +213,9 @@ fn joints(model: &mut Element, parent: &str, part: &Part, hold: &Attachment, twi
             model.push(carrier.holding(matter));
         }
         let mut moving = moving(motion, hold, &above, below);
-        if let Some(known) = twin.twin.joints().find(|j| j.name == hold.joint) {
-            let list = [
-                ("friction", &known.friction),
-                ("damping", &known.damping),
-                ("stiffness", &known.stiffness),
-            ];
-            for (name, estimate) in list {
-                comment_interval(&mut moving, name, estimate.as_ref());
-            }
-        }
+        let known = twin.twin.joints().find(|j| j.name == hold.joint);
+        let said = known.map(doubts::of_joint).unwrap_or_default();
+        said.iter().filter_map(Doubt::comment).for_each(|c| moving.comment(c));
         model.push(moving);
         above.clone_from(below);
     }

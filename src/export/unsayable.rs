@@ -40,7 +40,7 @@ fn general(scene: &Scene) -> Vec<ExportNote> {
         ExportNote::new(
             "urdf",
             "scene",
-            "no gravity and no intervals; friction of surfaces and restitution only in tags of PyBullet (contact) and Drake",
+            "no gravity; intervals are comments; friction of surfaces and restitution only in tags of PyBullet (contact) and Drake",
         ),
         ExportNote::new(
             "mjcf",

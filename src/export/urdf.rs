@@ -6,10 +6,12 @@
 
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
+use super::doubts::{self, Doubt};
 use super::inertial::six;
 use super::layout::of_carriers;
 use super::scene::{Attachment, Floor, Motion, Part, PartId, Scene, Tree};
 use super::xml::{Element, number, numbers, vector};
+use crate::twin::Model;
 
 /// Name of the root of a scene of several bodies.
 pub(super) const TABLE: &str = "support";
@@ -25,22 +27,22 @@ pub(super) const TABLE_SIZE: [f64; 2] = [1.0, 0.01];
 const TABLE_MASS: f64 = 100.0;
 
 /// The robot of one body; `meshes` leads from the file's folder to the twin's.
-pub(super) fn of_tree(scene: &Scene, tree: &Tree, meshes: &str) -> String {
+pub(super) fn of_tree(scene: &Scene, model: &Model, tree: &Tree, meshes: &str) -> String {
     let mut robot = open(scene, &tree.name);
-    add_tree(&mut robot, tree, meshes);
+    add_tree(&mut robot, model, tree, meshes);
     robot.document()
 }
 
 /// The whole scene: the robot of its only body, or all bodies on the table.
-pub(super) fn of_scene(scene: &Scene) -> String {
+pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
     if let [tree] = scene.trees.as_slice() {
-        return of_tree(scene, tree, "");
+        return of_tree(scene, model, tree, "");
     }
     let mut robot = open(scene, &scene.name);
     robot.push(table(scene.floor.as_ref()));
     for (i, tree) in scene.trees.iter().enumerate() {
         hold_root(&mut robot, scene, i);
-        add_tree(&mut robot, tree, "");
+        add_tree(&mut robot, model, tree, "");
     }
     robot.document()
 }
@@ -61,11 +63,21 @@ fn open(scene: &Scene, name: &str) -> Element {
     robot
 }
 
-fn add_tree(robot: &mut Element, tree: &Tree, meshes: &str) {
+/// A tree with the interval of each of its numbers as a comment before what it is of.
+fn add_tree(robot: &mut Element, model: &Model, tree: &Tree, meshes: &str) {
     for part in &tree.parts {
         if let Some(hold) = &part.attachment {
+            let known = model.twin.joints().find(|j| j.name == hold.joint);
+            let said = known.map(doubts::of_joint).unwrap_or_default();
+            said.iter()
+                .filter_map(Doubt::comment)
+                .for_each(|c| robot.comment(format!("{}: {c}", hold.name)));
             add_joints(robot, tree, part, hold);
         }
+        let said = model.twin.link(&part.link).map(doubts::of_link).unwrap_or_default();
+        said.iter()
+            .filter_map(Doubt::comment)
+            .for_each(|c| robot.comment(format!("{}: {c}", part.name)));
         robot.push(link(part, meshes));
     }
 }

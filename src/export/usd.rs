@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, Unit, UnitQuaternion, Vector3};
 
+use super::doubts::{self, Doubt};
 use super::scene::{Attachment, Motion, Part, PartId, Scene, Tree};
 use super::urdf::upright_to;
 use super::xml::number;
-use crate::base::Estimate;
 use crate::twin::{Joint, JointKind, Link, Model};
 
 /// Joints move in degrees.
@@ -116,7 +116,7 @@ impl Usda {
     }
 
     fn part(&mut self, part: &Part, model: &Model) {
-        let data = model.twin.link(&part.link).map_or(Vec::new(), |l| doubts(l, part));
+        let data = model.twin.link(&part.link).map_or(Vec::new(), |l| link_data(l, part));
         let head = format!("def Xform \"{}\"", part.name);
         self.open(&head, &["PhysicsRigidBodyAPI", "PhysicsMassAPI"], &data);
         self.place(&part.world_from_part);
@@ -290,21 +290,8 @@ fn principal(inertia: &Matrix3<f64>) -> (Vector3<f64>, UnitQuaternion<f64>) {
     (eigen.eigenvalues, UnitQuaternion::from_rotation_matrix(&turn))
 }
 
-fn doubts(link: &Link, part: &Part) -> Vec<String> {
-    let list = [
-        ("mass", &link.mass),
-        ("friction_static", &link.friction.static_),
-        ("friction_kinetic", &link.friction.kinetic),
-        ("friction_rolling", &link.friction.rolling),
-        ("friction_torsional_radius", &link.friction.torsional_radius),
-        ("stiffness", &link.stiffness),
-        ("damping", &link.damping),
-        ("restitution", &link.restitution),
-    ];
-    let mut out: Vec<String> = list
-        .iter()
-        .flat_map(|(name, e)| e.as_ref().map_or(Vec::new(), |e| interval(name, e)))
-        .collect();
+fn link_data(link: &Link, part: &Part) -> Vec<String> {
+    let mut out: Vec<String> = doubts::of_link(link).iter().flat_map(told).collect();
     if !part.assumed.is_empty() {
         out.push(format!("string assumed = \"{}\"", part.assumed.join(", ")));
     }
@@ -313,16 +300,7 @@ fn doubts(link: &Link, part: &Part) -> Vec<String> {
 
 fn joint_data(hold: &Attachment, joint: Option<&Joint>) -> Vec<String> {
     let Some(joint) = joint else { return Vec::new() };
-    let list = [
-        ("friction", &joint.friction),
-        ("damping", &joint.damping),
-        ("stiffness", &joint.stiffness),
-        ("pitch", &joint.pitch),
-    ];
-    let mut out: Vec<String> = list
-        .iter()
-        .flat_map(|(name, e)| e.as_ref().map_or(Vec::new(), |e| interval(name, e)))
-        .collect();
+    let mut out: Vec<String> = doubts::of_joint(joint).iter().flat_map(told).collect();
     out.push(format!("double probability = {}", number(joint.probability)));
     if hold.kind == JointKind::Screw {
         out.push("string stand_in = \"a screw turns without advancing here\"".into());
@@ -330,9 +308,11 @@ fn joint_data(hold: &Attachment, joint: Option<&Joint>) -> Vec<String> {
     out
 }
 
-fn interval(name: &str, estimate: &Estimate) -> Vec<String> {
-    let mut out = vec![format!("double {name} = {}", number(estimate.value))];
-    if let Some([low, high]) = estimate.ci95.filter(|i| i.iter().all(|v| v.is_finite())) {
+/// A number, and its interval where it is closed.
+fn told(doubt: &Doubt) -> Vec<String> {
+    let name = &doubt.name;
+    let mut out = vec![format!("double {name} = {}", number(doubt.value))];
+    if let Some([low, high]) = doubt.interval {
         out.push(format!("double2 {name}_ci95 = ({}, {})", number(low), number(high)));
     }
     out

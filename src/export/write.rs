@@ -68,7 +68,7 @@ pub fn exports_as(model: &Model, formats: &[Format]) -> Result<(Files, Vec<Expor
     let mut files = Files::new();
     for format in formats {
         let (name, bytes) = match format {
-            Format::Urdf => ("scene.urdf", urdf::of_scene(&scene).into_bytes()),
+            Format::Urdf => ("scene.urdf", urdf::of_scene(&scene, model).into_bytes()),
             Format::Mjcf => ("scene.xml", mjcf::of_scene(&scene, model).into_bytes()),
             Format::Gltf => ("scene.glb", glb::of_scene(&scene, model)?),
             Format::Sdf => ("scene.sdf", sdf::of_scene(&scene, model).into_bytes()),
@@ -76,11 +76,19 @@ pub fn exports_as(model: &Model, formats: &[Format]) -> Result<(Files, Vec<Expor
         };
         files.insert(name.to_string(), bytes);
         for tree in scene.trees.iter().filter(|_| *format == Format::Urdf) {
-            let text = urdf::of_tree(&scene, tree, "../");
+            let text = urdf::of_tree(&scene, model, tree, "../");
             files.insert(format!("urdf/{}.urdf", tree.name), text.into_bytes());
         }
     }
     Ok((files, scene.notes))
+}
+
+/// What each format cannot say of a model, or takes for granted.
+///
+/// # Errors
+/// Where the joints of a body do not make one tree.
+pub fn unsaid(model: &Model) -> Result<Vec<ExportNote>> {
+    Ok(lay_out(model)?.notes)
 }
 
 /// Writes a twin that is there already in the named formats, beside its `twin.json`; returns the files' names.

@@ -1,7 +1,8 @@
 //! Doubts that came up, and how the result was made.
 
-use super::markup::{count, escape, section as framed};
+use super::markup::{count, escape, section as framed, table};
 use crate::base::{Notice, Severity};
+use crate::export::{ExportNote, unsaid};
 use crate::pipeline::Run;
 
 /// Doubts, warnings first.
@@ -14,6 +15,7 @@ pub fn section(run: &Run) -> String {
         let items: String = of(Severity::Warning).chain(of(Severity::Note)).map(item).collect();
         format!("<ul class=\"notices\">\n{items}</ul>\n")
     };
+    content.push_str(&unsaid_by_formats(run));
     content.push_str(&provenance(run));
     let lead = format!(
         "{} of something left out or assumed, {} good to know.",
@@ -34,6 +36,49 @@ fn item(notice: &Notice) -> String {
         escape(&notice.about),
         escape(&notice.message)
     )
+}
+
+/// What the exported files cannot say, or take for granted, as it stands in each of them.
+fn unsaid_by_formats(run: &Run) -> String {
+    let notes = match unsaid(&run.model) {
+        Ok(notes) => notes,
+        Err(error) => {
+            return format!(
+                "<p class=\"muted\">No simulator takes it: {}</p>\n",
+                escape(&error.to_string())
+            );
+        }
+    };
+    let format = |n: &ExportNote| {
+        if n.format == "all" {
+            "every format".to_owned()
+        } else {
+            n.format.to_uppercase()
+        }
+    };
+    let row = |n: &ExportNote| {
+        let (about, message) = (escape(&n.about), escape(&n.message));
+        format!(
+            "<tr><th scope=\"row\">{}</th><td>{about}</td><td>{message}</td></tr>\n",
+            format(n)
+        )
+    };
+    let rows: String = notes.iter().map(row).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let table = table(
+        "What the exports cannot say",
+        "unsaid",
+        &["Format", "Of", "What is lost or assumed"],
+        &rows,
+    );
+    let summary = count(
+        notes.len(),
+        "thing that the exports lose or assume",
+        "things that the exports lose or assume",
+    );
+    format!("<details class=\"unsaid\"><summary>{summary}</summary>\n{table}</details>\n")
 }
 
 fn provenance(run: &Run) -> String {

@@ -112,10 +112,10 @@ fn a_recording_holds_the_run_and_is_the_same_each_time() {
     let depth = holds(&format!("/world/cameras/{camera}/depth"), "DepthImage:buffer");
     assert_eq!(depth.rows, views["views"].as_array().expect("views").len());
     let timelines: Vec<&str> = depth.timelines.iter().map(String::as_str).collect();
-    assert_eq!(timelines, ["played", "recorded"]);
+    assert_eq!(timelines, ["capture_clock", "played"]);
     holds("/world/touch/force", "Arrows3D:vectors");
     holds("/world/touch/tool", "Transform3D:translation");
-    holds("/tool/force/x", "Scalars:scalars");
+    holds("/tool/force", "Scalars:scalars");
     holds("/graph", "GraphNodes:node_ids");
     holds("/graph", "GraphEdges:edges");
     holds("/findings", "TextLog:text");

@@ -5,7 +5,7 @@ use re_sdk_types::components::{ImageFormat, MediaType, ViewCoordinates};
 use re_sdk_types::datatypes::ChannelDatatype;
 
 use super::clock::{Moment, Span, view_moment};
-use super::scene::pose;
+use super::scene::{HIDDEN, pose};
 use super::stream::Stream;
 use crate::base::{Pose, Result};
 use crate::capture::{Camera, Capture, ColorImage, DepthImage as Depth, LabelImage, color_png, read_frame};
@@ -68,7 +68,7 @@ fn picture(
 ) -> Result<()> {
     // A frame whose pose is not known is shown as a picture, and in no place.
     let transform = world_from_camera.map_or_else(
-        || Transform3D::update_fields().with_scale(0.0_f32),
+        || Transform3D::update_fields().with_scale(HIDDEN),
         |p| pose(p).with_scale(1.0_f32),
     );
     stream.at(&["world", "cameras", &camera.name], moment, &transform)?;

@@ -17,6 +17,8 @@ pub(super) const PREDICTED: &str = "predicted";
 
 /// Orange stands for predictions, on the report's page too.
 pub(super) const ORANGE: [u8; 3] = [230, 120, 20];
+/// The size of what is not to be seen: the viewer takes a size of zero for an error.
+pub(super) const HIDDEN: f32 = 1e-6;
 /// Half the edge of the table as drawn, m.
 const TABLE: f64 = 0.5;
 /// The length of a joint's axis as drawn, m.
@@ -73,11 +75,11 @@ fn shape(stream: &mut Stream, model: &Model, link: &Link) -> Result<()> {
         let predicted = surface(mesh).with_albedo_factor([r, g, b, 140]);
         stream.still(&["world", PREDICTED, &link.name], &predicted)?;
     }
-    // Nothing is predicted before the first touch: a size of zero hides the shape.
+    // Nothing is predicted before the first touch: the shape is shrunk away.
     stream.at(
         &["world", PREDICTED, &link.name],
         start,
-        &pose(&link.pose).with_scale(0.0_f32),
+        &pose(&link.pose).with_scale(HIDDEN),
     )?;
     stream.at(&["world", MEASURED, &link.name], start, &pose(&link.pose))
 }

@@ -13,7 +13,7 @@ use crate::base::{Error, Result};
 /// The timeline on which touches follow each other.
 pub(super) const PLAYED: &str = "played";
 /// The timeline of the capture's own clock.
-pub(super) const RECORDED: &str = "recorded";
+pub(super) const RECORDED: &str = "capture_clock";
 
 /// The place of what is logged, a part a name; names may hold any character.
 pub(super) type Place<'a> = &'a [&'a str];
@@ -35,8 +35,11 @@ impl Stream {
     /// An empty recording. The viewer takes two recordings of one `id` for parts of the same.
     pub(super) fn new(id: &str) -> Result<Self> {
         let store = StoreId::recording(ApplicationId::from("palpate"), RecordingId::from(id));
+        let mut encoder = Encoder::local().map_err(failed)?;
+        // The footer, an index that readers may do without, is written in the order of a hash table.
+        encoder.do_not_emit_footer();
         let mut stream = Self {
-            encoder: Encoder::local().map_err(failed)?,
+            encoder,
             store: store.clone(),
             next: 1,
         };

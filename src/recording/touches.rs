@@ -6,7 +6,7 @@ use re_sdk_types::archetypes::{
 };
 
 use super::clock::{Moment, Span};
-use super::scene::{MEASURED, ORANGE, PREDICTED, place, quaternion};
+use super::scene::{HIDDEN, MEASURED, ORANGE, PREDICTED, place, quaternion};
 use super::stream::Stream;
 use crate::base::{Pose, Result};
 use crate::capture::{Capture, Interaction, PoseStream, Tool, ToolShape, WrenchStream};
@@ -27,12 +27,10 @@ const AXES: [(&str, [u8; 3]); 3] = [("x", [220, 60, 60]), ("y", [60, 160, 60]), 
 /// All touches, in the order of the capture.
 pub(super) fn log(stream: &mut Stream, capture: &Capture, run: &Run, spans: &[Option<Span>]) -> Result<()> {
     for (name, unit) in [("force", "N"), ("torque", "N·m")] {
-        for (axis, color) in AXES {
-            let line = SeriesLines::new()
-                .with_names([format!("{axis}, {unit}")])
-                .with_colors([color]);
-            stream.still(&["tool", name, axis], &line)?;
-        }
+        let lines = SeriesLines::new()
+            .with_names(AXES.map(|(axis, _)| format!("{axis}, {unit}")))
+            .with_colors(AXES.map(|(_, color)| color));
+        stream.still(&["tool", name], &lines)?;
     }
     let scale = LONGEST / largest_force(capture).max(1e-9);
     for (interaction, span) in capture.interactions.iter().zip(spans) {
@@ -124,7 +122,7 @@ fn predicted(stream: &mut Stream, span: &Span, name: &str, path: &Path) -> Resul
     stream.at(
         &["world", PREDICTED, name],
         gone,
-        &Transform3D::update_fields().with_scale(0.0_f32),
+        &Transform3D::update_fields().with_scale(HIDDEN),
     )
 }
 
@@ -215,9 +213,7 @@ fn readings(stream: &mut Stream, span: &Span, name: &str, time: &[f64], all: &[V
         .map(|(t, v)| (span.at(*t), v))
         .collect();
     let moments: Vec<Moment> = read.iter().map(|(m, _)| *m).collect();
-    for (k, (axis, _)) in AXES.iter().enumerate() {
-        let values = Scalars::new(read.iter().map(|(_, v)| v[k]));
-        stream.rows(&["tool", name, axis], &moments, values.columns_of_unit_batches())?;
-    }
-    Ok(())
+    let values = Scalars::new(read.iter().flat_map(|(_, v)| [v.x, v.y, v.z]));
+    let columns = values.columns(std::iter::repeat_n(AXES.len(), read.len()));
+    stream.rows(&["tool", name], &moments, columns)
 }

@@ -12,8 +12,8 @@ use crate::pipeline::Run;
 use crate::stages::diagnosis::Trace;
 use crate::twin::{Finding, Relation, RelationKind, SUPPORT, Twin};
 
-const HOW_TO_READ: &str = "\n\nTimelines: `played` shows the views and then the touches one after another; `recorded` is the \
-capture's own clock, on which touches may overlap. `world/measured` and `world/predicted` (orange, while a touch lasts): what was tracked, and \
+const HOW_TO_READ: &str = "\n\nTimelines: `played` shows the views and then the touches one after another; `capture_clock` is the \
+capture's own, on which touches may overlap. `world/measured` and `world/predicted` (orange, while a touch lasts): what was tracked, and \
 what the twin has happen. `world/touch/force`: what the tool exerts, without its tare. `curves`: what the report plots. World frame, m, N, s.\n";
 
 /// Everything in words.

@@ -15,6 +15,8 @@ use crate::twin::{JointKind, Model, SCENE_MESH};
 /// Name of the extension for bodies and joints.
 pub(super) const PHYSICS: &str = "KHR_physics_rigid_bodies";
 const SHAPES: &str = "KHR_implicit_shapes";
+/// Edge of the cube that stands for a shape which nobody saw, m.
+const MARKER: f64 = 0.01;
 /// Materials without an image; those with one follow.
 const PLAIN: usize = 2;
 /// Half edge and thickness of the slab that stands for the table, m.
@@ -58,7 +60,26 @@ impl Document {
             let top = document.tree(tree, model)?;
             document.adopt(root, top);
         }
+        if document.meshes.is_empty() {
+            document.markers(scene);
+        }
         Ok((document, root))
+    }
+
+    /// A small cube on each part of a scene of which nobody saw a shape: viewers refuse a file that shows nothing.
+    fn markers(&mut self, scene: &Scene) {
+        for (_, part) in scene.parts() {
+            let Some(holder) = self.nodes.iter().position(|n| n["name"] == part.name.as_str()) else {
+                continue;
+            };
+            let name = format!("{}_marker", part.name);
+            let node = self.node(&name, &Isometry3::identity());
+            let cube = super::inertial::cuboid_mesh(Vector3::repeat(MARKER));
+            let primitive = self.buffer.primitive(&cube, true, 1);
+            self.nodes[node]["mesh"] = json!(self.mesh(&name, primitive));
+            self.nodes[node]["extras"] = json!({ "marker": "nobody saw the shape of what stands here" });
+            self.adopt(holder, node);
+        }
     }
 
     fn node(&mut self, name: &str, pose: &Isometry3<f64>) -> usize {

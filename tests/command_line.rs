@@ -311,7 +311,13 @@ fn an_input_that_is_not_there_is_the_callers_mistake() {
 fn a_recording_for_rerun_needs_its_feature_and_says_so() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let out = dir.path().join("twin");
-    let done = palpate(&["reconstruct", "tests/golden/tiny/capture", "--out", &text(&out), "--rerun"]);
+    let done = palpate(&[
+        "reconstruct",
+        "tests/golden/tiny/capture",
+        "--out",
+        &text(&out),
+        "--rerun",
+    ]);
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     assert_eq!(done.status.code(), Some(2), "{said}");
     assert!(said.contains("--features rerun"), "{said}");

@@ -499,7 +499,10 @@ fn a_bop_scene_becomes_views_with_known_things() {
         assert!((found.translation.vector - pose.translation.vector).norm() < 1e-9);
         assert!(found.rotation.angle_to(&pose.rotation) < 1e-7);
         let mesh = String::from_utf8(body.mesh.as_ref().expect("a shape").bytes.clone()).expect("an OBJ");
-        assert!(mesh.lines().any(|l| l.starts_with("v 0.1000000 ")), "not in metres: {mesh}");
+        assert!(
+            mesh.lines().any(|l| l.starts_with("v 0.1000000 ")),
+            "not in metres: {mesh}"
+        );
     }
 }
 

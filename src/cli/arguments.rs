@@ -309,7 +309,7 @@ pub enum Import {
         out: PathBuf,
         /// What to take
         #[command(flatten)]
-        options: McapOptions,
+        options: Box<McapOptions>,
     },
     /// A scene folder of the BOP benchmark: its images, the shapes and poses of its things as known
     #[command(after_help = "Example:\n  palpate import bop ycbv/test/000048 --out capture")]

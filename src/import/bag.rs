@@ -19,6 +19,9 @@ const TREES: [&str; 2] = ["/tf", "/tf_static"];
 /// A colour image farther than this from its depth image, s, is of another moment.
 const TOGETHER: f64 = 0.02;
 
+/// World-from-place at a time, s.
+type PlacedAt<'s> = Box<dyn Fn(f64) -> Option<Isometry3<f64>> + 's>;
+
 /// Poses over time.
 pub(super) type Samples = Vec<(f64, Isometry3<f64>)>;
 
@@ -203,7 +206,7 @@ impl<'a> Bag<'a> {
     }
 
     /// World-from-place at a time.
-    fn placed_at<'s>(&'s self, place: &str) -> Result<Box<dyn Fn(f64) -> Option<Isometry3<f64>> + 's>> {
+    fn placed_at<'s>(&'s self, place: &str) -> Result<PlacedAt<'s>> {
         if let Some(frame) = place.strip_prefix(FRAME) {
             if !self.tree.reaches(&self.request.world, frame) {
                 return Err(self.unreachable(place, frame));

@@ -219,7 +219,8 @@ fn a_push_with_tracks_tool_and_force() {
     let tool = push.tool_path.as_ref().expect("a way");
     let force = push.force.as_ref().expect("forces");
     let torque = force.torque.as_ref().expect("torques");
-    for i in 0..11 {
+    assert_eq!(torque.len(), 11);
+    for (i, felt) in torque.iter().enumerate() {
         let world_from_tip = tip(0.1 * i as f64);
         let found = tool.pose(i).expect("a pose");
         assert!((found.translation.vector - world_from_tip.translation.vector).norm() < 1e-8);
@@ -231,7 +232,7 @@ fn a_push_with_tracks_tool_and_force() {
             force.force[i]
         );
         let expected = world_from_tip.rotation * Vector3::new(0.1, 0.0, 0.0);
-        assert!((torque[i] - expected).norm() < 1e-6, "{}", torque[i]);
+        assert!((felt - expected).norm() < 1e-6, "{felt}");
     }
     let turned = imported(&[&words[..], &["--reaction"]].concat(), &dir.path().join("reaction"));
     let force = turned.interactions[0].force.as_ref().expect("forces");

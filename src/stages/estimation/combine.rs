@@ -38,21 +38,13 @@ pub(super) fn combine(
     }
     let moved = ledger(&words, &prior, config.friction_scatter);
     link.ledger = moved.iter().flat_map(entries).collect();
-    // A weighed mass owes nothing to the scatter of friction, whose few trials widen the other intervals.
-    let weighed = words.iter().any(|w| !w.scatters);
-    write(
-        &mut link.mass,
-        &found,
-        0,
-        if weighed { 1.96 } else { found.wide },
-        &moved,
-    );
-    write(&mut link.friction.kinetic, &found, 1, found.wide, &moved);
+    write(&mut link.mass, &found, 0, &moved);
+    write(&mut link.friction.kinetic, &found, 1, &moved);
 }
 
 fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
     let alone = facts.weighings.iter().filter(|w| w.along.is_empty());
-    let lifts = alone.filter_map(|w| Word::weighed(&w.interaction, (w.mass, w.sd.hypot(2e-3 * w.mass))));
+    let lifts = alone.filter_map(|w| Word::weighed(&w.interaction, (w.mass, w.sd)));
     let driven = facts.driven().iter();
     let driven = driven.filter_map(|a| Word::weighed(&a.interaction, a.mass));
     // Where inertia showed, the motion as a whole tells friction better than its steady part.
@@ -86,7 +78,7 @@ fn prior_of(sliding: &Sliding, before: &Before, config: &Config) -> Prior {
 }
 
 /// Writes one number, where the closed forms already found that the data fix it.
-fn write(target: &mut Option<Estimate>, found: &Together, k: usize, wide: f64, moved: &[Moved]) {
+fn write(target: &mut Option<Estimate>, found: &Together, k: usize, moved: &[Moved]) {
     let Some(old) = target.as_ref().filter(|e| e.is_measured()) else {
         return;
     };
@@ -100,7 +92,7 @@ fn write(target: &mut Option<Estimate>, found: &Together, k: usize, wide: f64, m
     if from.is_empty() {
         from.clone_from(&old.from);
     }
-    let factor = (wide * sd).exp();
+    let factor = (found.wide[k] * sd).exp();
     *target = Some(
         Estimate::measured(
             value,

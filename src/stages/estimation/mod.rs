@@ -32,6 +32,7 @@ mod push;
 mod replay;
 mod resolve;
 mod share;
+mod slip;
 mod solid;
 mod squeeze;
 mod surface;

@@ -173,7 +173,11 @@ pub(super) fn press_of(
     let moved = share_of_frame(interaction, target, &direction, &rows).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
     Some(Press {
         interaction: interaction.name.clone(),
-        seen: simulated.map_or((seen.0, seen.1.hypot(0.003 * seen.0)), |s| s.stiffness),
+        // Where the curve bends, tip or body may be what bends it: the slope under load is what both have in series, and
+        // what the share of the frame refers to.
+        seen: simulated
+            .filter(|s| s.hardening.is_none())
+            .map_or((seen.0, seen.1.hypot(0.003 * seen.0)), |s| s.stiffness),
         damping: match simulated {
             Some(s) => (s.damping.0 > 3.0 * s.damping.1).then_some(s.damping),
             None => clear.then(|| (fit.x[2], damping_sd)),

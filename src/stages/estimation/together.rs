@@ -61,8 +61,9 @@ pub(super) struct Together {
     /// `ln m`, `ln mu`, the push law.
     pub x: Vector3<f64>,
     pub covariance: Matrix3<f64>,
-    /// Half the 95 % interval in standard deviations: wider than 1.96 where slidings are few.
-    pub wide: f64,
+    /// Half the 95 % interval of `ln m` and `ln mu` in standard deviations: wider than 1.96 where it is the scatter of few
+    /// slidings that makes the doubt.
+    pub wide: [f64; 2],
 }
 
 impl Together {
@@ -121,10 +122,17 @@ pub(super) fn together(words: &[Word], prior: &Prior, expected: f64) -> Option<T
             break;
         }
     }
+    let degrees = (slidings + PRIOR_TRIALS - 1.0).max(2.0);
+    let without = solve(words, &weights, 0.0, prior)?.1;
+    // Only the part of the variance that comes from the scatter is itself in doubt (Satterthwaite 1946).
+    let wide = [0, 1].map(|k| {
+        let share = (1.0 - without[(k, k)] / solved.1[(k, k)]).clamp(1e-3, 1.0);
+        t_quantile(0.975, (degrees / (share * share)).min(1e4))
+    });
     Some(Together {
         x: solved.0,
         covariance: solved.1,
-        wide: t_quantile(0.975, (slidings + PRIOR_TRIALS - 1.0).max(2.0)),
+        wide,
     })
 }
 
@@ -240,7 +248,7 @@ mod tests {
             for seed in 0..300 {
                 let found = together(&words(seed, way), &PRIOR, 0.015).expect("solved");
                 for (k, truth) in [0.5f64.ln(), 0.3f64.ln()].into_iter().enumerate() {
-                    let half = found.wide * found.covariance[(k, k)].sqrt();
+                    let half = found.wide[k] * found.covariance[(k, k)].sqrt();
                     inside[k] += usize::from((found.x[k] - truth).abs() < half);
                 }
             }

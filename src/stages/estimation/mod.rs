@@ -32,6 +32,7 @@ mod push;
 mod replay;
 mod resolve;
 mod share;
+mod shoved;
 mod slip;
 mod solid;
 mod squeeze;

@@ -58,11 +58,22 @@ pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<S
         };
         // Residuals that remember their past count for fewer.
         let memory = inflation(&found.0);
-        if 2.0 * (best.0.cost - found.0.cost) > WORTH * memory {
+        let told = extension[0] != RELAXING || relaxes(course, &found, &wider, memory.sqrt());
+        if told && 2.0 * (best.0.cost - found.0.cost) > WORTH * memory {
             (best, free) = (found, wider);
         }
     }
     read(&best.0, &best.1, &free)
+}
+
+/// Whether a relaxation can be told from a stiffer spring: it must be a share that stands out, over well before the press
+/// is; one that is slower than the press is long only trades stiffness for its own share.
+fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 7]), free: &[bool; 7], scale: f64) -> bool {
+    let place = |k: usize| free[..k].iter().filter(|f| **f).count();
+    let (share, own) = (x[RELAXING], fit.sd(place(RELAXING)) * scale);
+    let (log, doubt) = (x[RELAXING + 1], fit.sd(place(RELAXING + 1)) * scale);
+    let lasts = course.time[course.time.len() - 1] - course.time[0];
+    share > 3.0 * own && (log + doubt).exp() < 0.4 * lasts && doubt < 0.5
 }
 
 fn inflation(fit: &Fit) -> f64 {

@@ -42,6 +42,22 @@ impl Word {
         Self::new(interaction, [1.0, 1.0, 1.0], product, true)
     }
 
+    /// The mass (kg) and the friction force over gravity (kg) of one motion, with the covariance of their logarithms, as
+    /// two words that share no error: the mass, and what the friction says beyond it.
+    pub fn driven(interaction: &str, mass: (f64, f64), product: (f64, f64), shared: f64) -> Vec<Self> {
+        let sds = [mass.1 / mass.0, product.1 / product.0];
+        let slope = shared / (sds[0] * sds[0]);
+        let left = sds[1] * sds[1] - slope * shared;
+        let beyond = (product.0 > 0.0 && left > 0.0).then(|| Self {
+            interaction: interaction.into(),
+            row: [1.0 - slope, 1.0, 0.0],
+            value: product.0.ln() - slope * mass.0.ln(),
+            sd: left.sqrt(),
+            scatters: true,
+        });
+        Self::weighed(interaction, mass).into_iter().chain(beyond).collect()
+    }
+
     /// A coefficient of friction.
     pub fn slid(interaction: &str, friction: (f64, f64)) -> Option<Self> {
         Self::new(interaction, [0.0, 1.0, 0.0], friction, true)

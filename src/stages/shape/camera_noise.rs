@@ -138,7 +138,7 @@ fn tiles_of(camera: &Camera, view: &View, k: usize) -> Vec<Tile> {
     let stride = ((width * height) as f64 / POINTS as f64).sqrt().ceil() as usize;
     let points: Vec<_> = (0..height)
         .step_by(stride)
-        .flat_map(|y| (0..width).step_by(stride).filter_map(move |x| Some((x, y))))
+        .flat_map(|y| (0..width).step_by(stride).map(move |x| (x, y)))
         .filter_map(|(x, y)| point(x, y))
         .collect();
     let Some(middle) = median(&points.iter().map(|p| p.z).collect::<Vec<_>>()) else {

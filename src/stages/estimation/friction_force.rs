@@ -11,6 +11,9 @@ use super::surface::{Surface, SurfacePrior, fit_surface};
 use crate::base::{Estimate, Notices};
 use crate::math::bayesian_linear;
 
+/// Share of the jerking of a force that is doubted of its mean.
+const JERKING: f64 = 0.15;
+
 /// What all pushes of a link say together.
 #[derive(Clone, Debug)]
 pub(super) struct Sliding {
@@ -66,7 +69,7 @@ pub(super) fn sliding_from(
     let common = surface
         .radius_effect
         .hypot(form * middle)
-        .hypot(0.25 * chatter * middle);
+        .hypot(JERKING * chatter * middle);
     let kinetic = pooled(
         &trials,
         config.friction_scatter,

@@ -12,7 +12,7 @@ use crate::base::{Estimate, Notices};
 use crate::math::bayesian_linear;
 
 /// Share of the jerking of a force that is doubted of its mean.
-const JERKING: f64 = 0.15;
+const JERKING: f64 = 0.25;
 
 /// What all pushes of a link say together.
 #[derive(Clone, Debug)]

@@ -90,6 +90,7 @@ fn share_of_frame(
     target: &str,
     direction: &Vector3<f64>,
     rows: &Rows,
+    contact: f64,
 ) -> Option<(f64, f64)> {
     let track = interaction.tracks.get(target).filter(|t| t.len() > 8)?;
     let (start, end) = (rows.time[0], rows.time[rows.time.len() - 1]);
@@ -102,7 +103,7 @@ fn share_of_frame(
     let used: Vec<usize> = (0..track.len())
         .filter(|&i| track.time[i] >= start && track.time[i] <= end && depth[i].is_finite())
         .collect();
-    let contact = rows.travel[0];
+    // Force shows only some way after contact: the travel counts from where the line of the force begins.
     let travel = |i: usize| interpolate(&rows.time, &rows.travel, track.time[i]).map_or(f64::NAN, |x| x - contact);
     // The rows at rest pin the start of the line, since contact began at zero travel.
     let mut points: Vec<(f64, f64)> = used
@@ -170,7 +171,8 @@ pub(super) fn press_of(
     let simulated = course.and_then(|c| squeeze(&c, seen.0, contact));
     // The straight line is the check: a simulated law far from it has gone astray.
     let simulated = simulated.filter(|s| (s.stiffness.0 / seen.0).ln().abs() < 0.4);
-    let moved = share_of_frame(interaction, target, &direction, &rows).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
+    let moved =
+        share_of_frame(interaction, target, &direction, &rows, contact).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
     Some(Press {
         interaction: interaction.name.clone(),
         // Where the curve bends, tip or body may be what bends it: the slope under load is what both have in series, and

@@ -105,6 +105,8 @@ const PRIOR_TRIALS: f64 = 2.0;
 /// Degrees of freedom of the weights that make the fit robust against one bad interaction.
 const TAILS: f64 = 6.0;
 const ROUNDS: usize = 30;
+/// Degrees of freedom of a word's own standard deviation, which is an estimate too.
+const OWN: f64 = 30.0;
 
 /// Fits all words; `expected` is the scatter of friction that is expected before any is seen.
 pub(super) fn together(words: &[Word], prior: &Prior, expected: f64) -> Option<Together> {
@@ -140,10 +142,10 @@ pub(super) fn together(words: &[Word], prior: &Prior, expected: f64) -> Option<T
     }
     let degrees = (slidings + PRIOR_TRIALS - 1.0).max(2.0);
     let without = solve(words, &weights, 0.0, prior)?.1;
-    // Only the part of the variance that comes from the scatter is itself in doubt (Satterthwaite 1946).
+    // The part of the variance that comes from the scatter is more in doubt than the rest (Satterthwaite 1946).
     let wide = [0, 1].map(|k| {
-        let share = (1.0 - without[(k, k)] / solved.1[(k, k)]).clamp(1e-3, 1.0);
-        t_quantile(0.975, (degrees / (share * share)).min(1e4))
+        let share = (1.0 - without[(k, k)] / solved.1[(k, k)]).clamp(0.0, 1.0);
+        t_quantile(0.975, (share * share / degrees + (1.0 - share).powi(2) / OWN).recip())
     });
     Some(Together {
         x: solved.0,

@@ -83,6 +83,11 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         size = knowing.effect_sizes.get(cause.as_str()).copied();
         oracle = gain_of(&knowing.diagnosis);
     }
+    let mut visible = None;
+    if case.sort == Sort::Pair {
+        let knowing = names(&only(told.clone())?.diagnosis);
+        visible = Some(told.iter().all(|c| knowing.iter().flatten().any(|n| n == c)));
+    }
     let mut struck = None;
     if size.is_some_and(|d| d > 7.0) {
         let others = CAUSES
@@ -100,6 +105,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         size,
         oracle,
         struck,
+        visible,
         gain: gain_of(&run.diagnosis),
         odds: run
             .diagnosis

@@ -66,6 +66,8 @@ pub struct Seen {
     pub oracle: Option<f64>,
     /// With the true cause struck from the list: no name, or not one that stands alone.
     pub struck: Option<bool>,
+    /// Of a pair: a diagnosis that was told both causes, and no other, names both.
+    pub visible: Option<bool>,
     pub gain: Option<f64>,
     pub odds: Vec<(String, f64)>,
     pub verdict: Verdict,
@@ -88,12 +90,17 @@ impl Seen {
             '*'
         };
         format!(
-            "{mark}{number:>5} {:<13} {:<7} s {:.2} d' {size:>5}  {hidden:<34} {:<9} {} [{:.1} s]",
+            "{mark}{number:>5} {:<13} {:<7} s {:.2} d' {size:>5}  {hidden:<34} {:<9} {}{} [{:.1} s]",
             self.scene,
             format!("{:?}", self.sort).to_lowercase(),
             self.strength,
             format!("{:?}", self.verdict).to_lowercase(),
             named.join("; "),
+            match (self.struck, self.visible) {
+                (Some(false), _) => " (struck: a mimic)",
+                (_, Some(true)) => " (both can be seen)",
+                _ => "",
+            },
             self.seconds
         )
     }
@@ -210,6 +217,11 @@ pub fn print_table(all: &[Seen]) {
         "two effects, both among the names",
         ">= 0.8",
         &flags(&mut of(Sort::Pair), &both),
+    );
+    share(
+        "  of those that a diagnosis told both causes names both",
+        ">= 0.8",
+        &flags(&mut of(Sort::Pair).filter(|s| s.visible == Some(true)), &both),
     );
     share(
         "two effects, one at least among the names",

@@ -7,6 +7,8 @@ pub struct SensorFaults {
     pub strays: Option<Strays>,
     /// The step to which forces are rounded, N, and in how many values they come.
     pub rounding: Option<(f64, usize)>,
+    /// Positions of quiet tracks that are far off, and quiet positions in all, where they prove strays.
+    pub stray_positions: Option<(usize, usize)>,
 }
 
 /// Readings of force that are none.

@@ -90,6 +90,7 @@ pub fn diagnose(
     base.tests = whiteness(&traces);
     base.tests.extend(curves.tests);
     let verdict = match verdict(&traces, config) {
+        _ if curves.left => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
         Verdict::Unknown if findings.is_empty() => Verdict::Unknown,
         _ if findings.is_empty() => Verdict::Adequate,
@@ -118,10 +119,24 @@ struct Loads {
     plain_tosses: Vec<Trace>,
     full_tosses: Vec<Trace>,
     tests: Vec<Evidence>,
+    /// Named causes leave something that has no name.
+    left: bool,
     effect_sizes: BTreeMap<&'static str, f64>,
 }
 
 impl Loads {
+    /// The findings of a ladder; the last says what all of them leave.
+    fn named(&mut self, family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
+        self.note(family, ladder);
+        let mut findings = named::findings(family, ladder);
+        if let (Some(last), Some(left)) = (findings.last_mut(), &ladder.left) {
+            self.left = true;
+            self.tests.push(left.clone());
+            last.evidence.push(left.clone());
+        }
+        findings
+    }
+
     /// The largest effect size of each cause, over its forms and the kinds of experiment.
     fn note(&mut self, family: &dyn Family, ladder: &Ladder) {
         for (law, size) in ladder.effect_sizes() {
@@ -150,7 +165,7 @@ fn or_toss(trace: Trace, tosses: &[Trace]) -> Trace {
 }
 
 /// Below this probability a finding's name is one of several.
-const SURE: f64 = 0.75;
+const SURE: f64 = 0.9;
 
 /// Causes that pushes, presses and motions of joints show, and what would tell apart those that these data cannot.
 fn name_causes(
@@ -174,8 +189,7 @@ fn name_causes(
     for (family, joint) in families.chain(of_joints) {
         let Some(ladder) = climb(family, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
-        findings.extend(named::findings(family, &ladder));
-        loads.note(family, &ladder);
+        findings.extend(loads.named(family, &ladder));
         let owned = |(name, curve): (&str, Curve)| (name.to_owned(), curve);
         loads
             .plain
@@ -187,8 +201,7 @@ fn name_causes(
     for tosses in of_all_bodies(capture, model) {
         let Some(ladder) = climb(&tosses, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| tosses.laws()[*law].cause));
-        findings.extend(named::findings(&tosses, &ladder));
-        loads.note(&tosses, &ladder);
+        findings.extend(loads.named(&tosses, &ladder));
         loads.plain_tosses.extend(tosses.traces(&ladder.plain));
         loads.tests.extend(tosses.hinge());
         loads.full_tosses.extend(tosses.traces(&ladder.full));

@@ -72,7 +72,7 @@ pub fn weights(family: &dyn Family, group: usize) -> Vec<f64> {
 }
 
 /// `w x` freed of its correlation, in units of the noise.
-fn whitened(family: &dyn Family, group: usize, noise: &Noise, weight: &[f64], x: &[f64]) -> Vec<f64> {
+pub fn whitened(family: &dyn Family, group: usize, noise: &Noise, weight: &[f64], x: &[f64]) -> Vec<f64> {
     let mut out = Vec::with_capacity(x.len());
     let mut at = 0;
     for channel in &family.groups()[group].channels {
@@ -138,8 +138,36 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Everything that a group says at `point`; `steps` are the finite steps of the parameters.
-pub fn group_state(family: &dyn Family, group: usize, point: &Point, steps: &[f64], noise: &Noise) -> GroupState {
+/// A group's model about `point`, to first order, in units of the noise and freed of its correlation.
+pub struct Linear {
+    /// Weights of the samples.
+    pub weight: Vec<f64>,
+    /// Measured less predicted, SI.
+    pub residual: Vec<f64>,
+    /// The same, whitened.
+    pub whitened: Vec<f64>,
+    /// Columns of the parameters, whitened.
+    pub jacobian: Vec<Vec<f64>>,
+    /// Columns of the random effects, whitened, and in SI.
+    pub effects: Vec<Vec<f64>>,
+    pub slopes: Vec<Vec<f64>>,
+    /// Covariance of the random effects, and the log-determinant of its inverse.
+    pub covariance: DMatrix<f64>,
+    pub log_precision: f64,
+}
+
+impl Linear {
+    /// Inner products of columns that are whitened, the random effects integrated out.
+    pub fn inner(&self, a: &[Vec<f64>], b: &[Vec<f64>]) -> DMatrix<f64> {
+        let through =
+            |x: &[Vec<f64>]| DMatrix::from_fn(self.effects.len(), x.len(), |i, j| dot(&self.effects[i], &x[j]));
+        let direct = DMatrix::from_fn(a.len(), b.len(), |i, j| dot(&a[i], &b[j]));
+        direct - through(a).transpose() * &self.covariance * through(b)
+    }
+}
+
+/// The linear model of a group; `steps` are the finite steps of the parameters.
+pub fn linear(family: &dyn Family, group: usize, point: &Point, steps: &[f64], noise: &Noise) -> Linear {
     let none = vec![0.0; noise.tau.len()];
     let here = predict(family, group, point, &none);
     let weight = weights(family, group);
@@ -165,20 +193,42 @@ pub fn group_state(family: &dyn Family, group: usize, point: &Point, steps: &[f6
         (predict(family, group, point, &effects), step)
     });
     let raw: Vec<(Vec<f64>, f64)> = shaken.collect();
-    let slopes: Vec<Vec<f64>> = raw
+    let slopes = raw
         .iter()
         .map(|(m, step)| m.iter().zip(&here).map(|(m, a)| (m - a) / step).collect())
         .collect();
     let effects = columns(family, group, noise, &weight, &here, raw.into_iter());
-    let r = whitened(family, group, noise, &weight, &residual);
-    let (p, q) = (jacobian.len(), effects.len());
+    let whitened = whitened(family, group, noise, &weight, &residual);
+    let q = effects.len();
     let prior = DMatrix::from_diagonal(&DVector::from_iterator(q, noise.tau.iter().map(|t| t.powi(-2))));
-    let precision = DMatrix::from_fn(q, q, |i, j| dot(&effects[i], &effects[j])) + prior;
-    let chol = nalgebra::Cholesky::new(precision.clone());
-    let covariance = chol
-        .as_ref()
-        .map_or_else(|| DMatrix::zeros(q, q), nalgebra::Cholesky::inverse);
-    let log_precision = chol.map_or(0.0, |c| 2.0 * c.l().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+    let chol = nalgebra::Cholesky::new(DMatrix::from_fn(q, q, |i, j| dot(&effects[i], &effects[j])) + prior);
+    Linear {
+        covariance: chol
+            .as_ref()
+            .map_or_else(|| DMatrix::zeros(q, q), nalgebra::Cholesky::inverse),
+        log_precision: chol.map_or(0.0, |c| 2.0 * c.l().diagonal().iter().map(|x| x.ln()).sum::<f64>()),
+        weight,
+        residual,
+        whitened,
+        jacobian,
+        effects,
+        slopes,
+    }
+}
+
+/// Everything that a group says at `point`; `steps` are the finite steps of the parameters.
+pub fn group_state(family: &dyn Family, group: usize, point: &Point, steps: &[f64], noise: &Noise) -> GroupState {
+    let Linear {
+        weight,
+        residual,
+        whitened: r,
+        jacobian,
+        effects,
+        slopes,
+        covariance,
+        log_precision,
+    } = linear(family, group, point, steps, noise);
+    let (p, q) = (jacobian.len(), effects.len());
     let zr = DVector::from_fn(q, |i, _| dot(&effects[i], &r));
     let zj = DMatrix::from_fn(q, p, |i, j| dot(&effects[i], &jacobian[j]));
     let square = dot(&r, &r) - zr.dot(&(&covariance * &zr));

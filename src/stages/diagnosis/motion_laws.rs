@@ -299,7 +299,22 @@ fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         .iter()
         .flat_map(|x| [0.06f64, 0.13].map(|w| vec![low + x * span, (w * span).ln()]));
     let stop = |name| Parameter::positive(name, per_place, 4.0 * s.load / span);
-    vec![
+    let latch = |at: [f64; 2], start: f64| {
+        make.law(
+            "latch",
+            form::DETENT,
+            (
+                vec![Parameter::positive("A", effort, 0.7 * s.load)],
+                vec![
+                    within("qd", at[0], at[1]),
+                    Parameter::scale("w", unit, 0.08 * span, 0.5),
+                ],
+            ),
+            [0.05f64, 0.1].iter().map(|w| vec![start, (w * span).ln()]).collect(),
+            "the joint is held at its closed end",
+        )
+    };
+    let mut laws = vec![
         make.law(
             "detent",
             form::DETENT,
@@ -313,19 +328,7 @@ fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             notches.collect(),
             "at one place the joint is held and drawn in from either side",
         ),
-        make.law(
-            "latch",
-            form::DETENT,
-            (
-                vec![Parameter::positive("A", effort, 0.7 * s.load)],
-                vec![
-                    within("qd", low - 0.05 * span, low + 0.08 * span),
-                    Parameter::scale("w", unit, 0.08 * span, 0.5),
-                ],
-            ),
-            [0.05f64, 0.1].iter().map(|w| vec![low, (w * span).ln()]).collect(),
-            "the joint is held at its closed end",
-        ),
+        latch([low - 0.05 * span, low + 0.08 * span], low),
         make.law(
             "limit-compliance",
             form::LIMIT_HIGH,
@@ -344,7 +347,12 @@ fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             [0.15, 0.25, 0.4].iter().map(|x| vec![low + x * span]).collect(),
             "before some place the joint runs into something that gives",
         ),
-    ]
+    ];
+    // Closed may be where the joint stood when the capture began, though it is moved past that.
+    if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
+        laws.push(latch([-0.05 * span, 0.05 * span], 0.0));
+    }
+    laws
 }
 
 fn sensor_laws(make: &Maker) -> Vec<Law> {

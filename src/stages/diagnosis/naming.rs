@@ -1,46 +1,30 @@
 //! Which law the data ask for: score tests, full fits, evidence with a veto of left-out interactions, one effect after
 //! the other.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DVector};
 
 use super::Config;
 use super::alike::may_be_form;
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
-use super::marginal::{Noise, Point, group_state};
+use super::marginal::Noise;
+use super::screen::{Candidate, Scored, fitted, polished, screen, stands};
+use super::structure::left_over;
+use crate::twin::Evidence;
 
 /// Log evidence over the plain model, nats, from which on a cause is named, unless a family knows better; and beside others.
 pub const NAMED: f64 = 8.0;
 /// Causes this close to the best cannot be ruled out, nats.
 const RIVAL: f64 = 5.0;
-/// Score, nats, below which a law is not fitted.
-const WORTH: f64 = 2.0;
 /// What the amplitudes of a cause must be worth by themselves to be named, nats: two standard deviations.
 const SEEN: f64 = 2.0;
+/// By how much another law has to do better beside all other effects to take one's place, nats.
+const CLEARLY: f64 = 1.0;
 /// A null that a candidate's parameters make better by this had not converged, nats.
 const SLIP: f64 = 0.3;
-/// How many laws are fitted in full.
-const FITTED: usize = 12;
 /// At most this many effects are taken up.
 const EFFECTS: usize = 3;
-
-/// A law with its full fit.
-#[derive(Clone, Debug)]
-pub struct Candidate {
-    pub law: usize,
-    pub fit: Fit,
-    /// Log evidence over the model without it, nats.
-    pub gain: f64,
-    /// Gain in foretelling left-out interactions, and its standard error, nats.
-    pub foretold: (f64, f64),
-}
-
-impl Candidate {
-    fn stands(&self) -> bool {
-        self.foretold.0 > self.foretold.1.max(3.0)
-    }
-}
 
 /// One effect that was taken up.
 #[derive(Clone, Debug)]
@@ -65,6 +49,8 @@ pub struct Ladder {
     pub untestable: Vec<usize>,
     /// Every law that was fitted beside the plain model, with the objective of its fit.
     pub tried: Vec<(usize, f64)>,
+    /// What the effects that were taken up do not explain.
+    pub left: Option<Evidence>,
 }
 
 impl Ladder {
@@ -90,74 +76,208 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     }
     let allowed = |l: &usize| config.allows(family.laws()[*l].cause);
     let all: Vec<usize> = (0..family.laws().len()).filter(allowed).collect();
-    let mut plain = started(family, &groups)?;
-    let mut full = plain.clone();
-    let mut taken: Vec<Taken> = Vec::new();
-    let mut untestable = Vec::new();
-    let mut tried = Vec::new();
-    let mut rounds = 0;
-    while taken.len() < EFFECTS {
-        let on: Vec<usize> = taken.iter().map(|t| t.law).collect();
-        let causes: Vec<&str> = on.iter().map(|l| family.laws()[*l].cause).collect();
-        let open = |l: &&usize| !causes.contains(&family.laws()[**l].cause);
-        let scored = screen(family, &full, all.iter().filter(open).copied());
-        if taken.is_empty() {
-            untestable = scored.iter().filter(|s| s.starts.is_empty()).map(|s| s.law).collect();
-        }
-        full = polished(family, full, &scored);
-        if taken.is_empty() {
-            plain = full.clone();
-        }
-        let mut found = fitted(family, &full, &scored);
-        // A candidate's own parameters are the last of its fit.
-        let own = |c: &Candidate| c.fit.theta[c.fit.theta.len() - family.laws()[c.law].parameters.len()..].to_vec();
-        if taken.is_empty() {
-            tried = found.iter().map(|c| (c.law, c.fit.objective)).collect();
-        }
-        found.retain(|c| !family.negligible(c.law, &own(c)));
-        let cause = |law: usize| family.laws()[law].cause;
-        let rank = |c: &Candidate| c.gain + family.head_start(c.law);
-        found.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
-        let Some(best) = found
-            .iter()
-            .find(|c| c.stands() && !may_be_form(cause(c.law), c.gain, taken.iter().map(|t| (cause(t.law), t.gain))))
-            .cloned()
-        else {
-            break;
-        };
-        let least = if taken.is_empty() {
-            family.named_from(best.law)
-        } else {
-            NAMED
-        };
-        if best.gain < least || significance(family, &best) < SEEN {
-            break;
-        }
-        // A null that had not converged would make discoveries: the candidate's shared parameters may be nearer.
-        let shared = &best.fit.theta[..full.theta.len()];
-        let again = fit(family, &full.laws, shared, &best.fit.noise, &full.groups);
-        if rounds < EFFECTS && again.objective > full.objective + SLIP {
-            rounds += 1;
-            full = again;
-            continue;
-        }
-        let near = |c: &&Candidate| c.law != best.law && c.gain > best.gain - RIVAL;
-        let rivals = found.iter().filter(near).map(|c| (c.law, c.gain)).collect();
-        taken.push(Taken {
-            law: best.law,
-            gain: best.gain,
-            rivals,
-        });
-        full = best.fit;
-    }
-    let (full, taken) = backward(family, &plain, full, taken);
-    Some(Ladder {
+    let plain = started(family, &groups)?;
+    let mut climb = Climb {
+        family,
+        all,
+        full: plain.clone(),
         plain,
-        full,
-        taken,
-        untestable,
-        tried,
-    })
+        taken: Vec::new(),
+        untestable: Vec::new(),
+        tried: Vec::new(),
+        hoped: false,
+        polishes: 0,
+    };
+    while climb.taken.len() < EFFECTS && climb.step() {}
+    climb.keep_the_hoped_for();
+    climb.drop_the_needless();
+    climb.revise();
+    Some(climb.finish())
+}
+
+/// What the search has come to.
+struct Climb<'a> {
+    family: &'a dyn Family,
+    /// The laws that may be named.
+    all: Vec<usize>,
+    plain: Fit,
+    full: Fit,
+    taken: Vec<Taken>,
+    untestable: Vec<usize>,
+    tried: Vec<(usize, f64)>,
+    /// The first effect does not foretell left-out interactions better by itself: only with a second one may it stay.
+    hoped: bool,
+    polishes: usize,
+}
+
+impl Climb<'_> {
+    fn cause(&self, law: usize) -> &'static str {
+        self.family.laws()[law].cause
+    }
+
+    /// Score tests of the laws whose cause none of these effects has.
+    fn scored(&self, base: &Fit, beside: &[&Taken]) -> Vec<Scored> {
+        let causes: Vec<&str> = beside.iter().map(|t| self.cause(t.law)).collect();
+        let open = |l: &usize| !causes.contains(&self.cause(*l));
+        screen(self.family, base, self.all.iter().copied().filter(open))
+    }
+
+    /// Full fits of what is worth one beside `base`, best first.
+    fn found(&self, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
+        let mut found = fitted(self.family, base, scored);
+        found.retain(|c| !self.family.negligible(c.law, c.own(self.family)));
+        found.sort_by(|a, b| self.rank(b.law, b.gain).total_cmp(&self.rank(a.law, a.gain)));
+        found
+    }
+
+    fn rank(&self, law: usize, gain: f64) -> f64 {
+        gain + self.family.head_start(law)
+    }
+
+    /// Takes up one effect, or finds a better null; false when nothing more is asked for.
+    fn step(&mut self) -> bool {
+        let family = self.family;
+        let beside: Vec<&Taken> = self.taken.iter().collect();
+        let scored = self.scored(&self.full, &beside);
+        self.full = polished(family, self.full.clone(), &scored);
+        let found = self.found(&self.full, &scored);
+        if self.taken.is_empty() {
+            // A cause of several forms can be tested where one of them can.
+            let felt = |law: usize| {
+                let own = scored.iter().filter(|s| self.cause(s.law) == self.cause(law));
+                own.flat_map(|s| &s.starts).next().is_some()
+            };
+            self.untestable = scored.iter().map(|s| s.law).filter(|l| !felt(*l)).collect();
+            self.plain = self.full.clone();
+            self.tried = found.iter().map(|c| (c.law, c.fit.objective)).collect();
+        }
+        let form = |c: &Candidate| {
+            let taken = self.taken.iter().map(|t| (self.cause(t.law), t.gain));
+            may_be_form(self.cause(c.law), c.gain, taken)
+        };
+        let large = |c: &Candidate| {
+            let least = if self.taken.is_empty() {
+                family.named_from(c.law)
+            } else {
+                NAMED
+            };
+            c.gain >= least && significance(family, c) >= SEEN
+        };
+        let standing = found.iter().find(|c| c.stands() && !form(c)).filter(|c| large(c));
+        let hope = found.first().filter(|c| self.taken.is_empty() && large(c));
+        let Some(best) = standing.or(hope) else {
+            return false;
+        };
+        // A null that had not converged would make discoveries: the candidate's shared parameters may be nearer.
+        let shared = &best.fit.theta[..self.full.theta.len()];
+        let again = fit(family, &self.full.laws, shared, &best.fit.noise, &self.full.groups);
+        if self.polishes < EFFECTS && again.objective > self.full.objective + SLIP {
+            self.polishes += 1;
+            self.full = again;
+            return true;
+        }
+        self.hoped |= standing.is_none();
+        let taken = taken_up(best.law, best.gain, &found);
+        let full = best.fit.clone();
+        self.taken.push(taken);
+        self.full = full;
+        true
+    }
+
+    /// An effect that was only hoped for goes, with all that was taken up after it, unless together they foretell
+    /// left-out interactions better than the plain model does.
+    fn keep_the_hoped_for(&mut self) {
+        if !self.hoped {
+            return;
+        }
+        let [with, without] = [&self.full, &self.plain].map(|f| leave_one_out(self.family, f));
+        if self.taken.len() < 2 || !stands(paired(&with, &without)) {
+            self.taken.clear();
+            self.full = self.plain.clone();
+        }
+    }
+
+    /// Effects that the others made needless are dropped again.
+    fn drop_the_needless(&mut self) {
+        let mut k = 0;
+        while self.taken.len() > 1 && k < self.taken.len() {
+            let smaller = self.smaller(k);
+            // What a law that is also on could not be told from before, it has to be worth as much beside it.
+            let own = &self.taken[k];
+            let told = |t: &Taken| own.rivals.iter().any(|r| self.cause(r.0) == self.cause(t.law));
+            let mimicked = self.taken.iter().any(|t| t.law != own.law && told(t));
+            let needed = if mimicked { NAMED } else { 0.5 * NAMED };
+            if self.full.log_evidence - smaller.log_evidence < needed {
+                self.taken.remove(k);
+                self.full = smaller;
+                k = 0;
+            } else {
+                k += 1;
+            }
+        }
+    }
+
+    /// The model without one of its effects.
+    fn smaller(&self, k: usize) -> Fit {
+        let others = self.taken.iter().enumerate().filter(|(i, _)| *i != k);
+        let laws: Vec<usize> = others.map(|(_, t)| t.law).collect();
+        let start = without(self.family, &self.full, self.taken[k].law);
+        fit(self.family, &laws, &start, &self.full.noise, &self.plain.groups)
+    }
+
+    /// What an effect was named, and what else could be named in its place, was found while later effects were not yet
+    /// in the model: beside them another may do better.
+    fn revise(&mut self) {
+        let count = self.taken.len();
+        for k in (0..count).filter(|_| count > 1) {
+            let base = self.smaller(k);
+            let own = (self.taken[k].law, self.full.log_evidence - base.log_evidence);
+            let others: Vec<&Taken> = self
+                .taken
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != k)
+                .map(|(_, t)| t)
+                .collect();
+            let scored = self.scored(&base, &others);
+            let found = self.found(&base, &scored);
+            let better = |c: &&Candidate| {
+                c.law != own.0 && c.stands() && self.rank(c.law, c.gain) > self.rank(own.0, own.1) + CLEARLY
+            };
+            let (revised, full) = match found.iter().find(better) {
+                Some(other) => (taken_up(other.law, other.gain, &found), other.fit.clone()),
+                None => (taken_up(own.0, own.1, &found), self.full.clone()),
+            };
+            self.taken[k] = revised;
+            self.full = full;
+        }
+    }
+
+    fn finish(self) -> Ladder {
+        let left = if self.taken.is_empty() {
+            None
+        } else {
+            left_over(self.family, &self.plain, &self.full)
+        };
+        Ladder {
+            plain: self.plain,
+            full: self.full,
+            taken: self.taken,
+            untestable: self.untestable,
+            tried: self.tried,
+            left,
+        }
+    }
+}
+
+/// An effect with the laws that do nearly as well in its place.
+fn taken_up(law: usize, gain: f64, found: &[Candidate]) -> Taken {
+    let near = |c: &&Candidate| c.law != law && c.gain > gain - RIVAL;
+    Taken {
+        law,
+        gain,
+        rivals: found.iter().filter(near).map(|c| (c.law, c.gain)).collect(),
+    }
 }
 
 /// The plain model, fitted from two levels of scatter.
@@ -190,35 +310,6 @@ fn significance(family: &dyn Family, candidate: &Candidate) -> f64 {
     0.5 * amplitude.dot(&(precision.view((0, 0), (a, a)) * &amplitude))
 }
 
-/// Effects that the others made needless are dropped again.
-fn backward(family: &dyn Family, plain: &Fit, mut full: Fit, mut taken: Vec<Taken>) -> (Fit, Vec<Taken>) {
-    let mut k = 0;
-    while taken.len() > 1 && k < taken.len() {
-        let laws: Vec<usize> = taken
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| *i != k)
-            .map(|(_, t)| t.law)
-            .collect();
-        let start = without(family, &full, taken[k].law);
-        let smaller = fit(family, &laws, &start, &full.noise, &plain.groups);
-        // What a law that is also on could not be told from before, it has to be worth as much beside it.
-        let told = |t: &Taken| family.laws()[t.law].cause;
-        let mimicked = taken
-            .iter()
-            .any(|t| t.law != taken[k].law && taken[k].rivals.iter().any(|r| family.laws()[r.0].cause == told(t)));
-        let needed = if mimicked { NAMED } else { 0.5 * NAMED };
-        if full.log_evidence - smaller.log_evidence < needed {
-            taken.remove(k);
-            full = smaller;
-            k = 0;
-        } else {
-            k += 1;
-        }
-    }
-    (full, taken)
-}
-
 /// The parameters of a fit without those of one law.
 fn without(family: &dyn Family, fit: &Fit, law: usize) -> Vec<f64> {
     let mut at = family.base().len();
@@ -231,149 +322,4 @@ fn without(family: &dyn Family, fit: &Fit, law: usize) -> Vec<f64> {
         at += n;
     }
     out
-}
-
-/// A law's score and where its fit should start, best first.
-struct Scored {
-    law: usize,
-    score: f64,
-    starts: Vec<Vec<f64>>,
-}
-
-/// Score (Lagrange multiplier) test of every law at every point of its grid.
-fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>) -> Vec<Scored> {
-    let mut scored: Vec<Scored> = laws
-        .map(|law| {
-            let mut points: Vec<(f64, Vec<f64>)> = family.laws()[law]
-                .grid
-                .iter()
-                .filter_map(|shape| score(family, base, law, shape))
-                .collect();
-            points.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let best = points.first().map_or(0.0, |p| p.0);
-            Scored {
-                law,
-                score: best,
-                starts: points.into_iter().take(2).map(|p| p.1).collect(),
-            }
-        })
-        .collect();
-    scored.sort_by(|a, b| b.score.total_cmp(&a.score));
-    scored
-}
-
-/// Gain in nats of the best amplitude of a law at fixed shape, and the start that it gives; nothing where the data do
-/// not feel the law.
-fn score(family: &dyn Family, base: &Fit, law: usize, shape: &[f64]) -> Option<(f64, Vec<f64>)> {
-    let form = &family.laws()[law];
-    let (b, a) = (base.theta.len(), form.amplitudes);
-    let mut theta = base.theta.clone();
-    theta.extend(std::iter::repeat_n(0.0, a));
-    theta.extend(shape);
-    let mut laws = base.laws.clone();
-    laws.push(law);
-    let priors = super::fit::parameters(family, &laws);
-    // A secant: some laws have no slope at zero.
-    let step = |(k, p): (usize, &super::family::Parameter)| if k >= b { 0.05 * p.sd } else { 1e-4 * p.sd };
-    let steps: Vec<f64> = priors.iter().enumerate().map(step).collect();
-    if a == 0 {
-        return Some((WORTH + 1.0, theta));
-    }
-    let noise = unscattered(family, &base.noise);
-    let point = Point {
-        laws: &laws,
-        theta: &theta,
-    };
-    let mut h = DMatrix::zeros(theta.len(), theta.len());
-    let mut g = DVector::zeros(theta.len());
-    for group in &base.groups {
-        let state = group_state(family, *group, &point, &steps, &noise);
-        h += state.information;
-        g += state.gradient;
-    }
-    for k in 0..b {
-        h[(k, k)] += priors[k].sd.powi(-2);
-    }
-    let hbb = Cholesky::new(h.view((0, 0), (b, b)).into_owned())?;
-    let hba = h.view((0, b), (b, a)).into_owned();
-    let solved = hbb.solve(&hba);
-    let schur = h.view((b, b), (a, a)).into_owned() - hba.transpose() * &solved;
-    let felt: f64 = (0..a)
-        .map(|k| schur[(k, k)] * priors[b + k].sd.powi(2))
-        .fold(0.0, f64::max);
-    if felt < 1.0 {
-        return None;
-    }
-    let rest = g.rows(b, a).into_owned() - solved.transpose() * g.rows(0, b).into_owned();
-    let with_prior =
-        schur + DMatrix::from_diagonal(&DVector::from_iterator(a, (0..a).map(|k| priors[b + k].sd.powi(-2))));
-    let amplitude = Cholesky::new(with_prior)?.solve(&rest);
-    for k in 0..a {
-        theta[b + k] = amplitude[k].clamp(priors[b + k].low, priors[b + k].high);
-    }
-    // The base makes room, or scatter between interactions would have to.
-    let room = hbb.solve(&(g.rows(0, b) - &hba * &amplitude));
-    for k in 0..b {
-        let p = &priors[k];
-        theta[k] = (theta[k] + room[k].clamp(-p.sd, p.sd)).clamp(p.low, p.high);
-    }
-    let usable: f64 = (0..a).map(|k| theta[b + k] * rest[k]).sum();
-    Some((0.5 * usable, theta))
-}
-
-/// The model without the candidate, fitted again from where the best candidates have its shared parameters: a null
-/// that did not converge would make discoveries.
-fn polished(family: &dyn Family, base: Fit, scored: &[Scored]) -> Fit {
-    let mut best = base;
-    for s in scored.iter().take(2) {
-        let Some(start) = s.starts.first() else { continue };
-        let mut laws = best.laws.clone();
-        laws.push(s.law);
-        let with = fit(family, &laws, start, &best.noise, &best.groups);
-        let shared = &with.theta[..best.theta.len()];
-        let again = fit(family, &best.laws, shared, &with.noise, &best.groups);
-        if again.objective > best.objective {
-            best = again;
-        }
-    }
-    best
-}
-
-/// The plain model may have taken an effect for scatter between interactions: without that.
-fn unscattered(family: &dyn Family, noise: &Noise) -> Noise {
-    let mut noise = noise.clone();
-    noise
-        .tau
-        .iter_mut()
-        .zip(family.scatter())
-        .for_each(|(t, s)| *t = t.min(s.tau));
-    noise
-}
-
-fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
-    let before = leave_one_out(family, base);
-    let noise = unscattered(family, &base.noise);
-    let mut kept: Vec<&Scored> = scored
-        .iter()
-        .filter(|s| s.score > WORTH && !s.starts.is_empty())
-        .collect();
-    kept.truncate(FITTED);
-    kept.iter()
-        .map(|s| {
-            let mut laws = base.laws.clone();
-            laws.push(s.law);
-            let tries = s
-                .starts
-                .iter()
-                .map(|start| fit(family, &laws, start, &noise, &base.groups));
-            let best = tries.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-            best.map(|fit| Candidate {
-                law: s.law,
-                gain: fit.log_evidence - base.log_evidence,
-                foretold: paired(&leave_one_out(family, &fit), &before),
-                fit,
-            })
-        })
-        .collect::<Option<Vec<_>>>()
-        .unwrap_or_default()
 }

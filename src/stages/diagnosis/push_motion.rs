@@ -101,6 +101,12 @@ impl Motion {
         Some((found.contact.first()?.0, found.contact.last()?.1))
     }
 
+    /// Change of its speed about `t` over `span` seconds, m/s²; nothing before it was moved.
+    pub fn acceleration(&self, t: f64, span: f64) -> f64 {
+        let speed = |t: f64| interpolate(&self.time, &self.speed, t).unwrap_or(0.0);
+        (speed(t + 0.5 * span) - speed(t - 0.5 * span)) / span
+    }
+
     pub fn at(&self, t: f64) -> Moment {
         let i = self.time.partition_point(|x| *x < t).clamp(1, self.time.len() - 1);
         let share = ((t - self.time[i - 1]) / (self.time[i] - self.time[i - 1]).max(1e-9)).clamp(0.0, 1.0);

@@ -18,6 +18,8 @@ const STEADY: f64 = 0.7;
 const SETTLED: f64 = 1e-4;
 /// What the plain model leaves open of the force in each window, as a share of it.
 const EVEN: f64 = 0.01;
+/// What it leaves open of the force that speeds the mass up: when exactly the tool did is known less well.
+const HURRIED: f64 = 0.5;
 /// How well the direction of the surface at the contact is known, rad.
 const DIRECTION: f64 = 0.15;
 /// Pushes that tell what blow is usual.
@@ -53,6 +55,8 @@ pub struct State {
     pub turn: f64,
     /// Force of the tool in the plain model, N.
     pub force: Vector2<f64>,
+    /// Force that speeds its mass up, along its heading, N.
+    pub inertia: f64,
     /// Size of what may still ring from the blow of the tool, N.
     pub ringing: f64,
     /// World-from-tool.
@@ -133,6 +137,7 @@ impl Observed {
         let blow = impact(&time, &force, &motion, onset, mass);
         for s in states.iter_mut().filter(|s| s.contact) {
             s.ringing = blow.0 * (-(s.time + zero - onset) / RINGING).exp();
+            s.inertia *= mass;
         }
         let (states, measured, spread) = windows(&states, &measured, &along);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
@@ -229,6 +234,7 @@ fn moments(
             turn: motion.start + moment.turn,
             turned: moment.turn,
             force: if contact { moment.force } else { Vector2::zeros() },
+            inertia: if contact { motion.acceleration(*t, BIN) } else { 0.0 },
             ringing: 0.0,
             tool: tool_turn(interaction, *t),
         });
@@ -248,7 +254,7 @@ fn channels(states: &[State], measured: &[Vector2<f64>], spread: &[f64], along: 
         let doubt = |(s, spread): (&State, &f64)| {
             let share = if kind == 1 { DIRECTION } else { EVEN };
             let own = if s.contact { share * s.force.norm() } else { 0.0 };
-            own.hypot(s.ringing).hypot(*spread)
+            own.hypot(s.ringing).hypot(HURRIED * s.inertia).hypot(*spread)
         };
         let n = values.len();
         Channel {
@@ -305,6 +311,7 @@ fn windows(
             worn: mean(&|s| s.worn),
             speed: mean(&|s| s.speed),
             turned: mean(&|s| s.turned),
+            inertia: mean(&|s| s.inertia),
             ringing: mean(&|s| s.ringing),
             force: states[from..to].iter().map(|s| s.force).sum::<Vector2<f64>>() / n,
             ..middle.clone()

@@ -225,7 +225,7 @@ impl Family for Pushes {
                 push_laws::viscous(a, s, &mut viscous);
             }
             let force = if s.contact {
-                held(&(s.force * (level * share) + s.heading * viscous), &table)
+                held(&(s.force * (level * share) + s.heading * (viscous + s.inertia)), &table)
             } else {
                 Vector2::zeros()
             };

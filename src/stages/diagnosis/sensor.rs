@@ -9,6 +9,7 @@ use crate::twin::{Evidence, Finding, Gain};
 /// Strays and rounding, where there are such.
 pub fn sensor_findings(faults: &SensorFaults) -> Vec<Finding> {
     let strays = faults.strays.as_ref().map(strays);
+    let strays = strays.or_else(|| faults.stray_positions.map(stray_positions));
     strays.into_iter().chain(faults.rounding.map(rounding)).collect()
 }
 
@@ -32,6 +33,29 @@ fn strays(found: &Strays) -> Finding {
         rmse_after: after,
         held_out: found.held_out.clone(),
         reduction: 1.0 - after / before.max(1e-30),
+        ..force_gain()
+    };
+    finding("outliers", ("share", share_of), evidence, gain)
+}
+
+/// Strays of the tracks alone: what is taken out does not count as foretold.
+fn stray_positions((count, of): (usize, usize)) -> Finding {
+    let share = count as f64 / of as f64;
+    let sd = (count as f64).sqrt() / of as f64;
+    let share_of = Estimate::measured(share, sd, "1", Vec::new(), "positions beside their neighbours");
+    let evidence = Evidence {
+        residual: "tracks at rest".into(),
+        test: "Hampel identifier, seven standard deviations".into(),
+        statistic: count as f64,
+        p_value: 0.0,
+        words: format!(
+            "{:.2} % of the tracked positions are far from their neighbours and were left out",
+            100.0 * share
+        ),
+    };
+    let gain = Gain {
+        quantity: "position".into(),
+        unit: "m".into(),
         ..force_gain()
     };
     finding("outliers", ("share", share_of), evidence, gain)

@@ -34,6 +34,7 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
     let faults = SensorFaults {
         rounding: rounding_of(capture, level.unwrap_or(0.0)),
         strays,
+        stray_positions: tracks.map(|t| t.1),
     };
     if faults.strays.is_none() && tracks.is_none() {
         return (None, faults);
@@ -47,7 +48,7 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
         }
         for track in interaction.tracks.values_mut().filter(|_| tracks.is_some()) {
             let positions: Vec<Vector3<f64>> = track.position.iter().map(|p| p.coords).collect();
-            for i in Judged::of(&positions).strays(tracks.unwrap_or(0.0)) {
+            for i in Judged::of(&positions).strays(tracks.map_or(0.0, |t| t.0)) {
                 track.position[i] = Point3::from(Vector3::repeat(f64::NAN));
                 track.rotation[i] = None;
             }
@@ -153,15 +154,15 @@ fn strays_of(capture: &Capture, forces: &[Judged], level: Option<f64>) -> Option
     })
 }
 
-/// The quiet scatter of the tracks, where they have strays.
-fn tracks_stray(capture: &Capture) -> Option<f64> {
+/// The quiet scatter of the tracks, where they have strays, with how many of how many positions are.
+fn tracks_stray(capture: &Capture) -> Option<(f64, (usize, usize))> {
     let tracks = capture.interactions.iter().flat_map(|i| i.tracks.values());
     let judged: Vec<Judged> = tracks
         .filter(|t| t.len() > BLOCK)
         .map(|t| Judged::of(&t.position.iter().map(|p| p.coords).collect::<Vec<_>>()))
         .collect();
     let level = level_of(&judged)?;
-    proven(&judged, level).map(|_| level)
+    proven(&judged, level).map(|(quiet, far)| (level, (far, quiet)))
 }
 
 /// The step of which all readings of force are multiples, where it is coarser than their noise.

@@ -1,0 +1,216 @@
+//! Which laws are worth a full fit, by score tests, and their fits.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::evidence::{leave_one_out, paired};
+use super::family::Family;
+use super::fit::{Fit, fit};
+use super::marginal::{Noise, Point, group_state};
+
+/// Score, nats, below which a law is not fitted.
+const WORTH: f64 = 2.0;
+/// How many laws are fitted in full.
+const FITTED: usize = 12;
+
+/// A law with its full fit.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    pub law: usize,
+    pub fit: Fit,
+    /// Log evidence over the model without it, nats.
+    pub gain: f64,
+    /// Gain in foretelling left-out interactions, and its standard error, nats.
+    pub foretold: (f64, f64),
+}
+
+impl Candidate {
+    /// Left-out interactions are foretold better with it.
+    pub fn stands(&self) -> bool {
+        stands(self.foretold)
+    }
+
+    /// Its own parameters: the last of its fit.
+    pub fn own(&self, family: &dyn Family) -> &[f64] {
+        &self.fit.theta[self.fit.theta.len() - family.laws()[self.law].parameters.len()..]
+    }
+}
+
+/// Whether a gain with its standard error, nats, is one.
+pub fn stands(foretold: (f64, f64)) -> bool {
+    foretold.0 > foretold.1.max(3.0)
+}
+
+/// A law's score and where its fit should start, best first.
+pub struct Scored {
+    pub law: usize,
+    score: f64,
+    pub starts: Vec<Vec<f64>>,
+}
+
+/// Score (Lagrange multiplier) test of every law at every point of its grid.
+pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>) -> Vec<Scored> {
+    let mut scored: Vec<Scored> = laws
+        .map(|law| {
+            let mut points: Vec<(f64, Vec<f64>)> = family.laws()[law]
+                .grid
+                .iter()
+                .filter_map(|shape| score(family, base, law, shape))
+                .collect();
+            points.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let best = points.first().map_or(0.0, |p| p.0);
+            Scored {
+                law,
+                score: best,
+                starts: points.into_iter().take(2).map(|p| p.1).collect(),
+            }
+        })
+        .collect();
+    scored.sort_by(|a, b| b.score.total_cmp(&a.score));
+    scored
+}
+
+/// Gain in nats of the best amplitude of a law at fixed shape, and the start that it gives; nothing where the data do
+/// not feel the law.
+fn score(family: &dyn Family, base: &Fit, law: usize, shape: &[f64]) -> Option<(f64, Vec<f64>)> {
+    let form = &family.laws()[law];
+    let (b, a) = (base.theta.len(), form.amplitudes);
+    let mut theta = base.theta.clone();
+    theta.extend(std::iter::repeat_n(0.0, a));
+    theta.extend(shape);
+    let mut laws = base.laws.clone();
+    laws.push(law);
+    let priors = super::fit::parameters(family, &laws);
+    // A secant: some laws have no slope at zero.
+    let step = |(k, p): (usize, &super::family::Parameter)| if k >= b { 0.05 * p.sd } else { 1e-4 * p.sd };
+    let steps: Vec<f64> = priors.iter().enumerate().map(step).collect();
+    if a == 0 {
+        return Some((WORTH + 1.0, theta));
+    }
+    let noise = if loud(family, &base.noise) {
+        quiet(family, &base.noise)
+    } else {
+        unscattered(family, &base.noise)
+    };
+    let point = Point {
+        laws: &laws,
+        theta: &theta,
+    };
+    let mut h = DMatrix::zeros(theta.len(), theta.len());
+    let mut g = DVector::zeros(theta.len());
+    for group in &base.groups {
+        let state = group_state(family, *group, &point, &steps, &noise);
+        h += state.information;
+        g += state.gradient;
+    }
+    for k in 0..b {
+        h[(k, k)] += priors[k].sd.powi(-2);
+    }
+    let hbb = Cholesky::new(h.view((0, 0), (b, b)).into_owned())?;
+    let hba = h.view((0, b), (b, a)).into_owned();
+    let solved = hbb.solve(&hba);
+    let schur = h.view((b, b), (a, a)).into_owned() - hba.transpose() * &solved;
+    let felt: f64 = (0..a)
+        .map(|k| schur[(k, k)] * priors[b + k].sd.powi(2))
+        .fold(0.0, f64::max);
+    if felt < 1.0 {
+        return None;
+    }
+    let rest = g.rows(b, a).into_owned() - solved.transpose() * g.rows(0, b).into_owned();
+    let with_prior =
+        schur + DMatrix::from_diagonal(&DVector::from_iterator(a, (0..a).map(|k| priors[b + k].sd.powi(-2))));
+    let amplitude = Cholesky::new(with_prior)?.solve(&rest);
+    for k in 0..a {
+        theta[b + k] = amplitude[k].clamp(priors[b + k].low, priors[b + k].high);
+    }
+    // The base makes room, or scatter between interactions would have to.
+    let room = hbb.solve(&(g.rows(0, b) - &hba * &amplitude));
+    for k in 0..b {
+        let p = &priors[k];
+        theta[k] = (theta[k] + room[k].clamp(-p.sd, p.sd)).clamp(p.low, p.high);
+    }
+    let usable: f64 = (0..a).map(|k| theta[b + k] * rest[k]).sum();
+    Some((0.5 * usable, theta))
+}
+
+/// The model without the candidate, fitted again from where the best candidates have its shared parameters: a null
+/// that did not converge would make discoveries.
+pub fn polished(family: &dyn Family, base: Fit, scored: &[Scored]) -> Fit {
+    let mut best = base;
+    for s in scored.iter().take(2) {
+        let Some(start) = s.starts.first() else { continue };
+        let mut laws = best.laws.clone();
+        laws.push(s.law);
+        let with = fit(family, &laws, start, &best.noise, &best.groups);
+        let shared = &with.theta[..best.theta.len()];
+        let again = fit(family, &best.laws, shared, &with.noise, &best.groups);
+        if again.objective > best.objective {
+            best = again;
+        }
+    }
+    best
+}
+
+/// The plain model may have taken an effect for scatter between interactions: without that.
+fn unscattered(family: &dyn Family, noise: &Noise) -> Noise {
+    let mut noise = noise.clone();
+    noise
+        .tau
+        .iter_mut()
+        .zip(family.scatter())
+        .for_each(|(t, s)| *t = t.min(s.tau));
+    noise
+}
+
+/// Noise over that at rest, and its correlation, above which the plain model may have taken an effect for noise.
+const LOUD: (f64, f64) = (1.5, 0.5);
+
+/// Or it may have taken an effect for noise that wanders: then everything smooth looks like it, and the search starts
+/// from the noise at rest.
+fn quiet(family: &dyn Family, noise: &Noise) -> Noise {
+    let mut noise = unscattered(family, noise);
+    for (k, kind) in family.kinds().iter().enumerate() {
+        noise.sigma[k] = noise.sigma[k].min(LOUD.0 * kind.sigma);
+        noise.rho[k] = noise.rho[k].min(LOUD.1);
+    }
+    noise
+}
+
+/// Whether any kind of channel is louder than noise is at rest.
+fn loud(family: &dyn Family, noise: &Noise) -> bool {
+    let levels = family.kinds().iter().zip(&noise.sigma);
+    levels
+        .zip(&noise.rho)
+        .any(|((kind, sigma), rho)| *sigma > LOUD.0 * kind.sigma && *rho > LOUD.1)
+}
+
+pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
+    let before = leave_one_out(family, base);
+    let mut levels = vec![unscattered(family, &base.noise)];
+    if loud(family, &base.noise) {
+        levels.push(quiet(family, &base.noise));
+    }
+    let mut kept: Vec<&Scored> = scored
+        .iter()
+        .filter(|s| s.score > WORTH && !s.starts.is_empty())
+        .collect();
+    kept.truncate(FITTED);
+    kept.iter()
+        .map(|s| {
+            let mut laws = base.laws.clone();
+            laws.push(s.law);
+            let tries = s.starts.iter().flat_map(|start| {
+                levels
+                    .iter()
+                    .map(|noise| fit(family, &laws, start, noise, &base.groups))
+            });
+            let best = tries.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+            best.map(|fit| Candidate {
+                law: s.law,
+                gain: fit.log_evidence - base.log_evidence,
+                foretold: paired(&leave_one_out(family, &fit), &before),
+                fit,
+            })
+        })
+        .collect::<Option<Vec<_>>>()
+        .unwrap_or_default()
+}

@@ -21,6 +21,7 @@ const ALIKE: [&[&str]; 6] = [
         "plastic-set",
         "elastic-damping",
         "stress-relaxation",
+        "preload",
     ],
     &[
         "joint-spring",

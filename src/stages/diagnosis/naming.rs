@@ -92,6 +92,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.keep_the_hoped_for();
     climb.drop_the_needless();
     climb.revise();
+    climb.drop_the_misshapen();
     Some(climb.finish())
 }
 
@@ -250,6 +251,22 @@ impl Climb<'_> {
             };
             self.taken[k] = revised;
             self.full = full;
+        }
+    }
+
+    /// Beside the others an effect may turn out to be what the form of a larger one leaves.
+    fn drop_the_misshapen(&mut self) {
+        while let Some(k) = (0..self.taken.len()).find(|k| {
+            let own = &self.taken[*k];
+            let others = self.taken.iter().filter(|t| t.law != own.law);
+            may_be_form(
+                self.cause(own.law),
+                own.gain,
+                others.map(|t| (self.cause(t.law), t.gain)),
+            )
+        }) {
+            self.full = self.smaller(k);
+            self.taken.remove(k);
         }
     }
 

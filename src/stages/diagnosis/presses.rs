@@ -177,7 +177,7 @@ impl Presses {
             .map(|_| Parameter::amplitude("log_stiffness", "1", 0.5))
             .collect();
         // Path and force of the tool are read by different instruments.
-        out.sheet.base.push(Parameter::amplitude("delay", "s", 0.008));
+        out.sheet.base.push(Parameter::amplitude("delay", "s", 0.003));
         out.sheet.laws = press_laws(&out);
         Some(out)
     }

@@ -55,7 +55,9 @@ fn evidence(residual: &str, test: &str, (statistic, p_value): (f64, f64), words:
 fn noisy(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
     let over = |fit: &Fit, kind: usize| fit.noise.sigma[kind] / family.kinds()[kind].sigma;
     let excess = |fit: &Fit, kind: usize| (over(fit, kind).powi(2) - 1.0).max(0.0);
-    let kinds = (0..family.kinds().len()).filter(|k| excess(full, *k) > NOISY.1 * excess(plain, *k));
+    // A channel that no named cause is about may be missed for a reason of its own.
+    let about = |kind: usize| full.laws.iter().any(|l| family.about(*l) == kind);
+    let kinds = (0..family.kinds().len()).filter(|k| about(*k) && excess(full, *k) > NOISY.1 * excess(plain, *k));
     let all = kinds.map(|k| (k, over(full, k)));
     let (kind, ratio) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, r)| *r > NOISY.0)?;
     let channels = full.groups.iter().flat_map(|g| &family.groups()[*g].channels);

@@ -261,6 +261,14 @@ pub enum Calibration {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// The noise of a range camera from views of a bare, still table: floor, growth with the range, stray of the rays
+    Camera {
+        /// The folder of a capture with three views or more of a plane, from several distances and angles
+        capture: PathBuf,
+        /// Where the noise goes (default: standard output); its `depth_sd` belongs into the camera of a capture
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// A prior by shape and material from captures of snapshot pairs, for `palpate reconstruct --snapshot-prior`
     Snapshots {
         /// The folders of the captures

@@ -9,13 +9,14 @@ use super::arguments::{Calibration, Common};
 use super::output;
 use crate::base::{Notices, Result, Seed, write_atomically};
 use crate::capture::read_capture;
-use crate::pipeline::{calibrate_force, calibrate_friction, learn_snapshots};
+use crate::pipeline::{calibrate_camera, calibrate_force, calibrate_friction, learn_snapshots};
 
 /// Calibrates what was asked.
 pub fn calibrate(common: &Common, what: &Calibration) -> Result<ExitCode> {
     match what {
         Calibration::Friction { capture, out } => friction(common, capture, out.as_deref()),
         Calibration::Force { capture, out } => force(common, capture, out.as_deref()),
+        Calibration::Camera { capture, out } => camera(common, capture, out.as_deref()),
         Calibration::Snapshots { captures, out } => snapshots(common, captures, out.as_deref()),
     }
 }
@@ -38,6 +39,13 @@ fn friction(common: &Common, capture: &Path, out: Option<&Path>) -> Result<ExitC
     let entry = calibrate_friction(&read_capture(capture)?, &mut notices)?;
     output::notices(common, &notices.0);
     self::entry(common, &entry, out)
+}
+
+fn camera(common: &Common, capture: &Path, out: Option<&Path>) -> Result<ExitCode> {
+    let mut notices = Notices::default();
+    let noise = calibrate_camera(&read_capture(capture)?, &mut notices)?;
+    output::notices(common, &notices.0);
+    entry(common, &noise, out)
 }
 
 /// Writes an entry to its file, or shows it.

@@ -24,6 +24,11 @@ pub fn calibrate_force(capture: &Capture, notices: &mut Notices) -> Result<Force
     estimation::calibrate_force(capture, &segmented, &options.estimation, notices)
 }
 
+/// The noise of the range cameras of a capture that looks at a still plane, as text of a file.
+pub fn calibrate_camera(capture: &Capture, notices: &mut Notices) -> Result<String> {
+    shape::camera_noise_to_toml(&shape::camera_noise(capture, notices)?)
+}
+
 /// A prior by shape and material from captures of snapshot pairs, for things of their kind.
 pub fn learn_snapshots(captures: &[Capture], seed: Seed) -> Result<LearntPrior> {
     let options = Options {

@@ -11,7 +11,7 @@ mod symmetries;
 mod touches;
 
 pub use build::{Run, build};
-pub use calibrate::{calibrate_force, calibrate_friction, learn_snapshots};
+pub use calibrate::{calibrate_camera, calibrate_force, calibrate_friction, learn_snapshots};
 pub use diagnose::diagnose;
 pub use explore::{Exploration, ExploreOptions, Step, explore};
 pub use options::Options;

@@ -18,6 +18,8 @@ pub(super) struct Accelerated {
     pub interaction: String,
     pub mass: (f64, f64),
     pub friction: (f64, f64),
+    /// Covariance of the logarithms of the two.
+    pub shared: f64,
 }
 
 /// Least share of friction that the inertial force must reach (root mean square) for the mass to be told from it.
@@ -94,6 +96,7 @@ pub(super) fn accelerated(
         interaction: interaction.name.clone(),
         mass: (mass, mass * own),
         friction: (friction, friction * (fit.sd(1) * wide).hypot(form)),
+        shared: fit.covariance[(0, 1)] * wide * wide,
     })
 }
 

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::facts::{Facts, Ground};
 use super::lift::centre_of_mass;
 use super::pool::{pooled, relative_sd};
-use super::press::body_share;
+use super::press::{Stiffer, stiffer_than_felt};
 use super::resolve::Before;
 use crate::base::{Estimate, Status};
 use crate::twin::Link;
@@ -19,13 +19,27 @@ pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
     } else {
         "press, tool travel"
     };
-    let (share, share_sd) = body_share(&facts.presses);
-    let divided = |trials: Vec<(f64, f64)>| trials.iter().map(|(k, sd)| (k / share, sd / share)).collect::<Vec<_>>();
-    let stiffness = divided(facts.presses.iter().map(|p| p.seen).collect());
-    let middle = crate::math::median(&stiffness.iter().map(|k| k.0).collect::<Vec<_>>()).unwrap_or(0.0);
-    link.stiffness = pooled(&stiffness, 0.01, middle * share_sd / share, "N/m", from.clone(), method);
-    let damping = divided(facts.presses.iter().filter_map(|p| p.damping).collect());
-    link.damping = pooled(&damping, 0.1, 0.0, "N·s/m", from, method);
+    let tip = stiffer_than_felt(&facts.presses);
+    let felt: Vec<(f64, f64)> = facts.presses.iter().map(|p| p.seen).collect();
+    link.stiffness = pooled(&felt, 0.01, 0.0, "N/m", from.clone(), method).map(|e| stiffer(e, &tip, 1));
+    let damping: Vec<(f64, f64)> = facts.presses.iter().filter_map(|p| p.damping).collect();
+    // A body with damper behind an elastic tip moves by the share r of the travel, and its force is felt r times: r².
+    link.damping = pooled(&damping, 0.1, 0.0, "N·s/m", from, method).map(|e| stiffer(e, &tip, 2));
+}
+
+/// What the tool feels as what the body has, `power` times the factor of the tip.
+fn stiffer(felt: Estimate, tip: &Stiffer, power: i32) -> Estimate {
+    let factor = tip.value.powi(power);
+    let [low, high] = felt.ci95.unwrap_or([felt.value; 2]);
+    let side = |end: f64, of_tip: f64| ((end - felt.value) * factor).hypot((of_tip.powi(power) - factor) * felt.value);
+    let value = felt.value * factor;
+    let ci95 = [value - side(low, tip.ci95[0]), value + side(high, tip.ci95[1])];
+    Estimate {
+        value,
+        sd: Some((ci95[1] - ci95[0]) / (2.0 * 1.96)),
+        ..felt
+    }
+    .with_interval(ci95)
 }
 
 /// Centre of mass: from the moments of a lift, else the centroid of the shape.

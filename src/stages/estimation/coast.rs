@@ -3,7 +3,7 @@
 //! Output error: the slide is simulated from an unknown state at release and compared with the track, so no speed is
 //! taken from differences. No force enters: with the force of the push this parts mass from friction.
 
-use nalgebra::{DVector, Point3, Vector2, Vector3};
+use nalgebra::{DVector, Point3, Rotation2, Vector2, Vector3};
 
 use super::evidence::tare_of;
 use super::facts::Ground;
@@ -24,6 +24,8 @@ pub(super) struct Shape {
     pub centre: Point3<f64>,
     pub torsional_radius: f64,
     pub gyration_radius: f64,
+    /// How far the centre of mass may be from the centroid in the plane, m (1 sd per axis).
+    pub spread: f64,
 }
 
 /// Share of the largest force below which the tool counts as gone.
@@ -62,7 +64,7 @@ pub(super) fn coast_of(
     let g = -ground.gravity.dot(&ground.plane.normal);
     let fit = fit(&run, shape, g)?;
     let memory = run.time.len() as f64 / effective_samples(fit.residuals.as_slice()).max(1.0);
-    let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - 7.0).max(1.0);
+    let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - 9.0).max(1.0);
     let own = fit.sd(0) * (misfit.max(1.0) * memory.clamp(1.0, 4.0)).sqrt();
     (own < WORTH && misfit < 25.0).then(|| Coast {
         interaction: interaction.name.clone(),
@@ -128,7 +130,8 @@ fn run_of(
     (way > CLEAR * noise.0 && stands >= 4).then_some(run)
 }
 
-/// Log friction, the state at release (position, velocity, heading, spin) and the ratio of radii.
+/// Log friction, the state at release (position, velocity, heading, spin), the ratio of radii, and how far the centre of
+/// mass is from the centroid (axes of the plane turned with the body): a body that spins carries its centroid around it.
 fn fit(run: &Run, shape: &Shape, g: f64) -> Option<Fit> {
     let end = run.position[run.position.len() - 1];
     let way = run.position[0] - end;
@@ -145,24 +148,29 @@ fn fit(run: &Run, shape: &Shape, g: f64) -> Option<Fit> {
         run.heading[0],
         2.0 * turned / spans.max(0.01),
         0.0,
+        0.0,
+        0.0,
     ]);
-    let steps = DVector::from_vec(vec![1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5, 1e-4, 1e-3]);
+    let steps = DVector::from_vec(vec![1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5, 1e-4, 1e-3, 1e-5, 1e-5]);
     let residuals = |x: &DVector<f64>| {
         let slider = Slider {
             deceleration: x[0].exp() * g,
             torsional_radius: shape.torsional_radius * x[7].exp(),
             gyration_radius: shape.gyration_radius,
         };
+        let off = Vector2::new(x[8], x[9]);
         let state = PlaneMotion {
-            position: Vector2::new(x[1], x[2]),
+            position: Vector2::new(x[1], x[2]) + Rotation2::new(x[5]) * off,
             velocity: Vector2::new(x[3], x[4]),
             heading: x[5],
             spin: x[6],
         };
         let path = predict_slide(&slider, &state, run.time[0], &run.time);
         let mut out = vec![x[7] / RATIO, (x[0] - f64::ln(0.3)) / 1.5];
+        out.extend([off.x / shape.spread, off.y / shape.spread]);
         for (i, seen) in path.iter().enumerate() {
-            let miss = (run.position[i] - seen.position) / run.noise.0;
+            let centroid = seen.position - Rotation2::new(seen.heading) * off;
+            let miss = (run.position[i] - centroid) / run.noise.0;
             out.extend([miss.x, miss.y, (run.heading[i] - seen.heading) / run.noise.1]);
         }
         DVector::from_vec(out)

@@ -2,6 +2,7 @@
 //! what stays open where they do not, and the ledger of what each interaction did.
 
 use super::Config;
+use super::accelerate::Accelerated;
 use super::facts::Facts;
 use super::friction_force::Sliding;
 use super::pool::relative_sd;
@@ -38,32 +39,24 @@ pub(super) fn combine(
     }
     let moved = ledger(&words, &prior, config.friction_scatter);
     link.ledger = moved.iter().flat_map(entries).collect();
-    // A weighed mass owes nothing to the scatter of friction, whose few trials widen the other intervals.
-    let weighed = words.iter().any(|w| !w.scatters);
-    write(
-        &mut link.mass,
-        &found,
-        0,
-        if weighed { 1.96 } else { found.wide },
-        &moved,
-    );
-    write(&mut link.friction.kinetic, &found, 1, found.wide, &moved);
+    write(&mut link.mass, &found, 0, &moved);
+    write(&mut link.friction.kinetic, &found, 1, &moved);
 }
 
 fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
     let alone = facts.weighings.iter().filter(|w| w.along.is_empty());
-    let lifts = alone.filter_map(|w| Word::weighed(&w.interaction, (w.mass, w.sd.hypot(2e-3 * w.mass))));
-    let driven = facts.driven().iter();
-    let driven = driven.filter_map(|a| Word::weighed(&a.interaction, a.mass));
+    let lifts = alone.filter_map(|w| Word::weighed(&w.interaction, (w.mass, w.sd)));
     // Where inertia showed, the motion as a whole tells friction better than its steady part.
-    let force = |name: &String, steady: (f64, f64)| {
-        let whole = facts.driven().iter().find(|a| a.interaction == *name);
-        whole.map_or(steady, |a| a.friction)
-    };
-    let pushes = sliding.trials.iter().filter_map(|(name, steady)| {
-        let (f, sd) = force(name, *steady);
-        Word::pushed(name, (f / g, sd / g))
-    });
+    let driven: Vec<&Accelerated> = facts.driven().iter().collect();
+    let whole = |name: &String| driven.iter().any(|a| a.interaction == *name);
+    let pushes = sliding
+        .trials
+        .iter()
+        .filter(|(name, _)| !whole(name))
+        .filter_map(|(name, (f, sd))| Word::pushed(name, (f / g, sd / g)));
+    let both = driven
+        .iter()
+        .flat_map(|a| Word::driven(&a.interaction, a.mass, (a.friction.0 / g, a.friction.1 / g), a.shared));
     let tilts = facts
         .slides
         .iter()
@@ -72,7 +65,7 @@ fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
         .coasts
         .iter()
         .filter_map(|c| Word::slid(&c.interaction, c.kinetic));
-    lifts.chain(driven).chain(pushes).chain(tilts).chain(coasts).collect()
+    lifts.chain(both).chain(pushes).chain(tilts).chain(coasts).collect()
 }
 
 fn prior_of(sliding: &Sliding, before: &Before, config: &Config) -> Prior {
@@ -86,7 +79,7 @@ fn prior_of(sliding: &Sliding, before: &Before, config: &Config) -> Prior {
 }
 
 /// Writes one number, where the closed forms already found that the data fix it.
-fn write(target: &mut Option<Estimate>, found: &Together, k: usize, wide: f64, moved: &[Moved]) {
+fn write(target: &mut Option<Estimate>, found: &Together, k: usize, moved: &[Moved]) {
     let Some(old) = target.as_ref().filter(|e| e.is_measured()) else {
         return;
     };
@@ -100,7 +93,7 @@ fn write(target: &mut Option<Estimate>, found: &Together, k: usize, wide: f64, m
     if from.is_empty() {
         from.clone_from(&old.from);
     }
-    let factor = (wide * sd).exp();
+    let factor = (found.wide[k] * sd).exp();
     *target = Some(
         Estimate::measured(
             value,

@@ -35,7 +35,7 @@ impl Default for Config {
             smoothing: 0.12,
             settling: 0.12,
             friction_scatter: 0.015,
-            model_form: 0.007,
+            model_form: 0.005,
             angle_sd: 1e-3,
             tilt_distance: 0.15,
             density: (700.0, 0.7),

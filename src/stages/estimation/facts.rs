@@ -10,6 +10,7 @@ use super::coast::{Coast, Shape, coast_of};
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
 use super::push::{Plane, Push, read_push};
+use super::shoved::shoved;
 use super::tilt::{Slide, slide_of};
 use crate::base::Notices;
 use crate::capture::{Capture, Interaction, Kind, PhaseKind, Segmented};
@@ -24,6 +25,8 @@ pub(super) struct Facts {
     pub coasts: Vec<Coast>,
     /// Pushes and pulls in which its inertia showed.
     pub accelerated: Vec<Accelerated>,
+    /// Fast pushes that were followed as a whole, coasting and all.
+    pub shoved: Vec<Accelerated>,
     /// Pushes in which the link moved alone.
     pub pushes: Vec<Push>,
     /// Pushes in which other links moved along as one rigid group.
@@ -33,10 +36,14 @@ pub(super) struct Facts {
 
 impl Facts {
     /// Driven motions as a source of mass, where nothing else is: a slope or a bias of the force that nobody mentioned
-    /// pulls at them, and hardly at coasting.
+    /// pulls at them, and hardly at a weighing.
     pub fn driven(&self) -> &[Accelerated] {
-        let else_known = !self.weighings.is_empty() || !self.slides.is_empty() || !self.coasts.is_empty();
-        if else_known { &[] } else { &self.accelerated }
+        let otherwise = !self.weighings.is_empty() || !self.slides.is_empty();
+        match (otherwise, self.shoved.is_empty(), self.coasts.is_empty()) {
+            (true, ..) | (false, true, false) => &[],
+            (false, false, _) => &self.shoved,
+            (false, true, true) => &self.accelerated,
+        }
     }
 
     /// Nothing was found out.
@@ -164,14 +171,18 @@ fn read_one(
         Kind::Push | Kind::Pull => {
             let company = company(interaction, cut, link, twin);
             let alone = matches!(company, Company::Alone) && interaction.kind == Kind::Push;
-            let coast = shape.filter(|_| alone);
-            let coast = coast.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
-            if matches!(company, Company::Alone) {
+            let shape = shape.filter(|_| alone);
+            let whole = shape.and_then(|s| shoved(interaction, cut, link, ground, s, config));
+            // What was followed as a whole is not read a second time from its end.
+            let shape = shape.filter(|_| whole.is_none());
+            let coast = shape.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
+            if matches!(company, Company::Alone) && whole.is_none() {
                 facts
                     .accelerated
                     .extend(accelerated(interaction, cut, link, ground, config));
             }
-            let coasted = coast.is_some();
+            let coasted = coast.is_some() || whole.is_some();
+            facts.shoved.extend(whole);
             facts.coasts.extend(coast);
             let Some(push) = read_push(interaction, cut, link, ground, config) else {
                 return coasted;

@@ -1,13 +1,15 @@
 //! Friction between tool and body, and the torsional radius, from how a pushed body turns and drifts aside.
 //!
-//! Forces alone say little here; the path says much: a finger that slides along a face lets the body turn
-//! away, one that sticks drags the face along. Both numbers are fitted by replaying all pushes of a body with
-//! the ellipsoidal limit surface (the forward model of the physics room) against the measured motion.
+//! A finger that slides along a face tells its friction by the direction of its force ([`super::slip`]); one that sticks
+//! bounds it. The path then tells the torsional radius: a finger that slides lets the body turn away, one that sticks
+//! drags the face along. All pushes of a body are replayed with the ellipsoidal limit surface (the forward model of the
+//! physics room) against the measured motion.
 
 use nalgebra::{DVector, UnitQuaternion};
 
 use super::action::{action_of, first_rest, rest_pose};
 use super::replay::{replay_push, travel_direction};
+use super::slip::{Slip, finger_friction, slip_of};
 use crate::base::{Estimate, Pose};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{Loss, Settings, interpolate, levenberg_marquardt};
@@ -16,6 +18,8 @@ use crate::twin::{Link, Model};
 
 /// Prior of the friction between finger and body: median and log-sd.
 const PRIOR_TOOL: (f64, f64) = (0.4, 0.7);
+/// Least doubt of the friction in the law that paths are replayed with, of its logarithm.
+const LEAST_DOUBT: f64 = 0.05;
 /// Log-sd of the torsional radius about what the forces or the footprint say.
 const PRIOR_RADIUS: f64 = 0.25;
 /// A torsional radius that the forces leave more open than this share says less than the footprint does.
@@ -34,6 +38,16 @@ struct Trial<'a> {
     gap: f64,
     /// Times, drift across the push (m) and heading (rad) as measured.
     path: Vec<(f64, f64, f64)>,
+    /// What force and motion at the contact say.
+    slip: Option<Slip>,
+}
+
+/// What is believed of the finger's friction and of the torsional radius before the paths are fitted: logarithms with
+/// standard deviations, and the logarithm that the friction is not below.
+struct Prior {
+    mean: [f64; 2],
+    sd: [f64; 2],
+    least: f64,
 }
 
 /// Writes `friction.tool` and refines `friction.torsional_radius` of every rigid body that was pushed.
@@ -59,24 +73,30 @@ fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &st
     let link = model.twin.link(name)?;
     link.friction_force.kinetic.as_ref().filter(|f| f.is_measured())?;
     let small = alone(model, link)?;
+    let find = |i: &Interaction| segmented.iter().find(|s| s.interaction == i.name);
     let trials: Vec<Trial> = capture
         .fitted()
         .filter(|i| i.kind == Kind::Push && i.target.as_deref() == Some(name))
-        .filter_map(|i| {
-            trial(
-                capture,
-                i,
-                segmented.iter().find(|s| s.interaction == i.name),
-                &small,
-                name,
-            )
-        })
+        .filter_map(|i| trial(capture, i, find(i), &small, name))
         .collect();
     if trials.is_empty() {
         return None;
     }
     let before = radius_before(&small, link);
-    let prior = DVector::from_vec(vec![PRIOR_TOOL.0.ln(), before.ln()]);
+    let slips: Vec<Slip> = trials.iter().filter_map(|t| t.slip.clone()).collect();
+    let direct = finger_friction(&slips, PRIOR_TOOL);
+    let slid = direct.as_ref().filter(|e| e.is_measured());
+    let (tool, tool_sd) = slid.map_or(PRIOR_TOOL, |e| {
+        (
+            e.value,
+            (e.sd.unwrap_or(0.0) / e.value).clamp(LEAST_DOUBT, PRIOR_TOOL.1),
+        )
+    });
+    let prior = Prior {
+        mean: [tool.ln(), before.ln()],
+        sd: [tool_sd, PRIOR_RADIUS],
+        least: slips.iter().map(|s| s.least).fold(1e-3, f64::max).min(tool).ln(),
+    };
     let residuals = |x: &DVector<f64>| misfit(&small, name, &trials, x, &prior);
     let settings = Settings {
         loss: Loss::Huber(2.0),
@@ -84,13 +104,13 @@ fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &st
         tolerance: 1e-3,
     };
     // A sticking finger has no slope towards a sliding one: start where the misfit is least.
-    let starts = STARTS.map(|mu| DVector::from_vec(vec![f64::ln(mu), before.ln()]));
+    let starts = STARTS.into_iter().chain([tool]);
     let start = starts
-        .into_iter()
+        .map(|mu| DVector::from_vec(vec![f64::ln(mu), before.ln()]))
         .min_by(|a, b| residuals(a).norm().total_cmp(&residuals(b).norm()))?;
     let fit = levenberg_marquardt(&start, &DVector::from_element(2, 0.06), settings, residuals)?;
     // Where only an absurd radius would do, something else bends the path: nothing is learnt of the finger.
-    if (fit.x[1] - prior[1]).abs() > 2.5 * PRIOR_RADIUS {
+    if (fit.x[1] - prior.mean[1]).abs() > 2.5 * PRIOR_RADIUS {
         return None;
     }
     let scale = (2.0 * fit.cost / fit.residuals.len().max(1) as f64).sqrt().max(1.0);
@@ -109,10 +129,9 @@ fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &st
         };
         made.with_interval(interval)
     };
-    Some((
-        estimate(0, PRIOR_TOOL.1, PRIOR_TOOL.0, "1"),
-        estimate(1, PRIOR_RADIUS, before, "m"),
-    ))
+    // Path and force agree where both tell; the path alone would call a bound a number.
+    let tool = direct.unwrap_or_else(|| estimate(0, PRIOR_TOOL.1, PRIOR_TOOL.0, "1"));
+    Some((tool, estimate(1, PRIOR_RADIUS, before, "m")))
 }
 
 /// What the forces said, as far as a footprint can have it: pressure at the centre gives nothing, all of it
@@ -171,12 +190,14 @@ fn trial<'a>(
         Some((t, near(&track.time, &drift, t)?, near(&track.time, &heading, t)?))
     };
     let path = (0..SAMPLES).filter_map(at).collect();
+    let slip = segmented.and_then(|cut| slip_of(small, name, interaction, cut, &action));
     Some(Trial {
         interaction,
         segmented,
         action,
         gap,
         path,
+        slip,
     })
 }
 
@@ -187,13 +208,14 @@ fn near(time: &[f64], values: &[f64], t: f64) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-fn misfit(small: &Model, name: &str, trials: &[Trial], x: &DVector<f64>, prior: &DVector<f64>) -> DVector<f64> {
+fn misfit(small: &Model, name: &str, trials: &[Trial], x: &DVector<f64>, prior: &Prior) -> DVector<f64> {
     let mut model = small.clone();
     if let Some(link) = model.twin.link_mut(name) {
         link.friction.tool = Some(Estimate::assumed(x[0].exp(), 0.0, "1", "trial"));
         link.friction.torsional_radius = Some(Estimate::assumed(x[1].exp(), 0.0, "m", "trial"));
     }
-    let mut out = vec![(x[0] - prior[0]) / PRIOR_TOOL.1, (x[1] - prior[1]) / PRIOR_RADIUS];
+    let mut out: Vec<f64> = (0..2).map(|k| (x[k] - prior.mean[k]) / prior.sd[k]).collect();
+    out.push((prior.least - x[0]).max(0.0) / LEAST_DOUBT);
     for trial in trials {
         out.extend(path_misfit(&model, name, trial));
     }

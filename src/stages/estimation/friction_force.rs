@@ -11,6 +11,11 @@ use super::surface::{Surface, SurfacePrior, fit_surface};
 use crate::base::{Estimate, Notices};
 use crate::math::bayesian_linear;
 
+/// How much more the law is doubted where the path between a first and a last pose is guessed.
+const BRIDGED: f64 = 4.2;
+/// Share of the jerking of a force that is doubted of its mean.
+const JERKING: f64 = 0.25;
+
 /// What all pushes of a link say together.
 #[derive(Clone, Debug)]
 pub(super) struct Sliding {
@@ -57,7 +62,7 @@ pub(super) fn sliding_from(
     let middle = crate::math::median(&trials.iter().map(|t| t.0).collect::<Vec<_>>())?;
     let bridged = pushes.iter().all(|p| p.bridged);
     let form = if bridged {
-        3.0 * config.model_form
+        BRIDGED * config.model_form
     } else {
         config.model_form
     };
@@ -66,7 +71,7 @@ pub(super) fn sliding_from(
     let common = surface
         .radius_effect
         .hypot(form * middle)
-        .hypot(0.25 * chatter * middle);
+        .hypot(JERKING * chatter * middle);
     let kinetic = pooled(
         &trials,
         config.friction_scatter,

@@ -1,10 +1,10 @@
 //! Weighing: what the tool carries while the body hangs free.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Point3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, UnitQuaternion, Vector3};
 
 use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
 use crate::capture::{Interaction, PhaseKind, Segmented};
-use crate::math::{bayesian_linear, correlated_mean, local_quadratic};
+use crate::math::{bayesian_linear, correlated_mean, local_quadratic, mean_rotation};
 
 /// One weighing.
 #[derive(Clone, Debug)]
@@ -123,6 +123,9 @@ fn risen(interaction: &Interaction, target: &str, up: &Vector3<f64>, stretch: &A
         .collect()
 }
 
+/// Turn while it hangs, rad, below which it counts as not turning.
+const STEADY: f64 = 0.02;
+
 /// Torque balance about the tool's origin, `T = m g × (com - tool)`, over blocks of 0.2 s: three equations
 /// each for the centre of mass in the link frame.
 fn moments(
@@ -144,19 +147,27 @@ fn moments(
         return Vec::new();
     };
     let noise = torque_noise(torques).max(1e-6);
-    let mut rows = Vec::new();
+    let mut blocks = Vec::new();
     let mut t = stretch.start + 0.1;
     while t + 0.1 <= stretch.end {
         let wrench = mean_wrench(stream, t - 0.1, t + 0.1, tare);
         let torque = wrench.and_then(|w| Some((w.torque?, w.rows)));
-        if let (Some((torque, count)), Some(p), Some(state)) = (torque, tool_at(tool, t), motion_at(track, t, 0.1)) {
-            let sd = noise / (count as f64).sqrt() + 2e-4 * mass * gravity.norm() * 0.1;
-            let cross: Matrix3<f64> = (mass * gravity).cross_matrix();
-            let a = cross * state.pose.rotation.to_rotation_matrix().into_inner();
-            let b = torque - cross * (state.pose.translation.vector - p.coords);
-            rows.extend((0..3).map(|k| (a.row(k).transpose() / sd, b[k] / sd)));
+        if let (Some(torque), Some(p), Some(state)) = (torque, tool_at(tool, t), motion_at(track, t, 0.1)) {
+            blocks.push((torque, p, state.pose));
         }
         t += 0.2;
+    }
+    // Where it does not turn, one turn serves all blocks: turns that differ by noise alone would seem to show how high the
+    // centre of mass lies.
+    let turns: Vec<UnitQuaternion<f64>> = blocks.iter().map(|b| b.2.rotation).collect();
+    let mean = mean_rotation(&turns).filter(|mean| turns.iter().all(|q| q.angle_to(mean) < STEADY));
+    let mut rows = Vec::new();
+    for ((torque, count), p, pose) in blocks {
+        let sd = noise / (count as f64).sqrt() + 2e-4 * mass * gravity.norm() * 0.1;
+        let cross: Matrix3<f64> = (mass * gravity).cross_matrix();
+        let a = cross * mean.unwrap_or(pose.rotation).to_rotation_matrix().into_inner();
+        let b = torque - cross * (pose.translation.vector - p.coords);
+        rows.extend((0..3).map(|k| (a.row(k).transpose() / sd, b[k] / sd)));
     }
     rows
 }

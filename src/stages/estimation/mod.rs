@@ -32,6 +32,8 @@ mod push;
 mod replay;
 mod resolve;
 mod share;
+mod shoved;
+mod slip;
 mod solid;
 mod squeeze;
 mod surface;

@@ -90,6 +90,7 @@ fn share_of_frame(
     target: &str,
     direction: &Vector3<f64>,
     rows: &Rows,
+    contact: f64,
 ) -> Option<(f64, f64)> {
     let track = interaction.tracks.get(target).filter(|t| t.len() > 8)?;
     let (start, end) = (rows.time[0], rows.time[rows.time.len() - 1]);
@@ -102,7 +103,7 @@ fn share_of_frame(
     let used: Vec<usize> = (0..track.len())
         .filter(|&i| track.time[i] >= start && track.time[i] <= end && depth[i].is_finite())
         .collect();
-    let contact = rows.travel[0];
+    // Force shows only some way after contact: the travel counts from where the line of the force begins.
     let travel = |i: usize| interpolate(&rows.time, &rows.travel, track.time[i]).map_or(f64::NAN, |x| x - contact);
     // The rows at rest pin the start of the line, since contact began at zero travel.
     let mut points: Vec<(f64, f64)> = used
@@ -170,10 +171,15 @@ pub(super) fn press_of(
     let simulated = course.and_then(|c| squeeze(&c, seen.0, contact));
     // The straight line is the check: a simulated law far from it has gone astray.
     let simulated = simulated.filter(|s| (s.stiffness.0 / seen.0).ln().abs() < 0.4);
-    let moved = share_of_frame(interaction, target, &direction, &rows).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
+    let moved =
+        share_of_frame(interaction, target, &direction, &rows, contact).filter(|(r, sd)| *r > 0.3 && *r > 4.0 * sd);
     Some(Press {
         interaction: interaction.name.clone(),
-        seen: simulated.map_or((seen.0, seen.1.hypot(0.003 * seen.0)), |s| s.stiffness),
+        // Where the curve bends, tip or body may be what bends it: the slope under load is what both have in series, and
+        // what the share of the frame refers to.
+        seen: simulated
+            .filter(|s| s.hardening.is_none())
+            .map_or((seen.0, seen.1.hypot(0.003 * seen.0)), |s| s.stiffness),
         damping: match simulated {
             Some(s) => (s.damping.0 > 3.0 * s.damping.1).then_some(s.damping),
             None => clear.then(|| (fit.x[2], damping_sd)),
@@ -187,35 +193,62 @@ pub(super) fn press_of(
 /// pads to bare metal (about 5e4, give or take a factor of three).
 const TIP: (f64, f64) = (4.7, 0.5);
 
-/// The share of the tool's travel that is the body's, from all presses of one spot: body and tip in series give
-/// `r = 1 - k_seen / k_tip`. Posterior mean and standard deviation over the stiffness of the tip; with no frame that
-/// moved, the compression is the tool's travel and the tip's part stays in it.
-pub(super) fn body_share(presses: &[Press]) -> (f64, f64) {
+/// By how much the body is stiffer than what the tool feels, tip and body in series: value and 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stiffer {
+    pub value: f64,
+    pub ci95: [f64; 2],
+}
+
+/// From all presses of one spot: the body has a share `r = 1 - k_seen / k_tip` of the travel, and is stiffer by `1 / r`.
+/// Median and quantiles of the posterior over the stiffness of the tip, which is lopsided: a tip may be much softer than
+/// thought, none is stiffer than rigid. With no frame that moved, the compression is the tool's travel and the tip's part
+/// stays in it.
+pub(super) fn stiffer_than_felt(presses: &[Press]) -> Stiffer {
     let seen = crate::math::median(&presses.iter().map(|p| p.seen.0).collect::<Vec<_>>()).unwrap_or(0.0);
     let measured: Vec<(f64, f64)> = presses.iter().filter_map(|p| p.share).collect();
     if measured.is_empty() {
-        return (1.0, 0.0);
+        return Stiffer {
+            value: 1.0,
+            ci95: [1.0; 2],
+        };
     }
-    let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
+    let mut grid: Vec<(f64, f64)> = Vec::new();
     for i in 0..=600 {
-        let log = TIP.0 + TIP.1 * (i as f64 / 100.0 - 3.0);
+        // From the stiffest tip down: the factor grows.
+        let log = TIP.0 + TIP.1 * (3.0 - i as f64 / 100.0);
         let r = 1.0 - seen / 10.0_f64.powf(log);
+        if r < 0.1 {
+            break;
+        }
         let misfit: f64 = measured.iter().map(|(m, sd)| ((r - m) / sd.max(2e-3)).powi(2)).sum();
-        let weight = (-0.5 * (misfit + ((log - TIP.0) / TIP.1).powi(2))).exp();
-        total += weight;
-        first += weight * r;
-        second += weight * r * r;
+        grid.push((1.0 / r, (-0.5 * (misfit + ((log - TIP.0) / TIP.1).powi(2))).exp()));
     }
-    let mean = first / total;
-    if total <= 1e-12 || mean < 0.2 {
+    let total: f64 = grid.iter().map(|g| g.1).sum();
+    let at = |share: f64| {
+        let mut sum = 0.0;
+        let found = grid.iter().find(|g| {
+            sum += g.1;
+            sum >= share * total
+        });
+        found.map_or(1.0, |g| g.0)
+    };
+    if total <= 1e-12 || at(0.5) > 5.0 {
         let direct = crate::math::random_effects(
             &measured.iter().map(|m| m.0).collect::<Vec<_>>(),
             &measured.iter().map(|m| m.1).collect::<Vec<_>>(),
             0.02,
         );
-        return direct.map_or((1.0, 0.05), |d| (d.mean.min(1.0), d.sd));
+        let (r, sd) = direct.map_or((1.0, 0.05), |d| (d.mean.min(1.0), d.sd));
+        return Stiffer {
+            value: 1.0 / r,
+            ci95: [1.0 / (r + 1.96 * sd), 1.0 / (r - 1.96 * sd).max(0.1)],
+        };
     }
-    (mean, (second / total - mean * mean).max(0.0).sqrt())
+    Stiffer {
+        value: at(0.5),
+        ci95: [at(0.025), at(0.975)],
+    }
 }
 
 /// The direction of the mean force under load.

@@ -206,6 +206,8 @@ fn block_of(
 
 /// Span over which force is averaged before jerking is looked for, s.
 const JERK: f64 = 0.02;
+/// What changes more slowly than this many of these spans is no jerking.
+const SLOW: usize = 10;
 
 /// Median over mean, and relative scatter beyond the sensor's noise, of the horizontal force between two times.
 pub(super) fn steadiness(
@@ -234,7 +236,7 @@ pub(super) fn steadiness(
         .map(|w| w.iter().sum::<f64>() / width as f64)
         .collect();
     let mean = smooth.iter().sum::<f64>() / smooth.len() as f64;
-    let variance = smooth.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / smooth.len() as f64;
+    let variance = jerking(&smooth, SLOW * width);
     let noise = segmented.force_noise.unwrap_or(0.0);
     match crate::math::median(&smooth) {
         Some(median) if mean > 0.0 => {
@@ -243,6 +245,22 @@ pub(super) fn steadiness(
         }
         _ => (1.0, 0.0),
     }
+}
+
+/// Mean square by which the values leave their own means over `span` of them: a force that changes slowly, as the body
+/// turns, does not jerk.
+fn jerking(values: &[f64], span: usize) -> f64 {
+    let mut sums = vec![0.0];
+    for v in values {
+        sums.push(sums[sums.len() - 1] + v);
+    }
+    let n = values.len();
+    let about = |i: usize| {
+        // As far to one side as to the other, so that a slope leaves nothing.
+        let reach = (span / 2).min(i).min(n - 1 - i);
+        (sums[i + reach + 1] - sums[i - reach]) / (2 * reach + 1) as f64
+    };
+    (0..n).map(|i| (values[i] - about(i)).powi(2)).sum::<f64>() / n as f64
 }
 
 /// Span over which the tool's speed at the peak is taken, s.

@@ -67,6 +67,7 @@ impl Before<'_> {
             centre: self.centre().0,
             torsional_radius,
             gyration_radius: about.unwrap_or(torsional_radius).max(1e-3),
+            spread: (self.centre().1.norm() / 3.0f64.sqrt()).max(1e-4),
         }
     }
 
@@ -134,7 +135,7 @@ fn weigh_in(link: &mut Link, facts: &Facts) {
     let alone: Vec<_> = facts.weighings.iter().filter(|w| w.along.is_empty()).collect();
     let trials: Vec<(f64, f64)> = alone.iter().map(|w| (w.mass, w.sd)).collect();
     let from = alone.iter().map(|w| w.interaction.clone()).collect();
-    if let Some(mass) = pooled(&trials, 2e-3, 0.0, "kg", from, "lift") {
+    if let Some(mass) = pooled(&trials, 5e-4, 0.0, "kg", from, "lift") {
         link.mass = Some(mass);
         return;
     }

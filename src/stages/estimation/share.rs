@@ -186,7 +186,9 @@ fn share_friction(
         format!("only moved together with {}: only {sum} is measured", others.join(", ")),
     );
     // Log of the group's mass: the shapes' opinion and the force over the assumed friction.
-    let shape_sd = masses.iter().map(|m| (m.0 / total * m.1).powi(2)).sum::<f64>().sqrt();
+    // One part may be much heavier than thought, none much lighter than nothing: the doubt is that of the heavy side.
+    let heavy = |m: &(f64, f64)| (1.0 + m.0 / total * ((1.96 * m.1).exp() - 1.0)).ln() / 1.96;
+    let shape_sd = masses.iter().map(|m| heavy(m).powi(2)).sum::<f64>().sqrt();
     let w = [shape_sd.powi(-2), (mu.1 / mu.0).powi(-2)];
     let log = (w[0] * total.ln() + w[1] * (sliding.kinetic.value / (mu.0 * g)).ln()) / (w[0] + w[1]);
     let group_sd = (w[0] + w[1]).recip().sqrt();

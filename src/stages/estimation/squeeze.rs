@@ -1,7 +1,7 @@
 //! The law of a pressed spot by output error: the force over the whole press, from before contact to after it, is
 //! simulated and compared, so that the jump at first touch tells damping from a lag between force and position.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt};
 use crate::physics::ElasticLaw;
@@ -58,11 +58,45 @@ pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<S
         };
         // Residuals that remember their past count for fewer.
         let memory = inflation(&found.0);
-        if 2.0 * (best.0.cost - found.0.cost) > WORTH * memory {
+        let told = extension[0] != RELAXING || relaxes(course, &found, &wider);
+        if told && 2.0 * (best.0.cost - found.0.cost) > WORTH * memory {
             (best, free) = (found, wider);
         }
     }
     read(&best.0, &best.1, &free)
+}
+
+/// Whether a relaxation can be told from a stiffer spring: it must be a share that stands out, over well before the press
+/// is; one that is slower than the press is long only trades stiffness for its own share.
+fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 7]), free: &[bool; 7]) -> bool {
+    let sds = deviations(fit, free);
+    let lasts = course.time[course.time.len() - 1] - course.time[0];
+    let slowest = (x[RELAXING + 1] + sds[RELAXING + 1]).exp();
+    x[RELAXING] > 3.0 * sds[RELAXING] && slowest < 0.4 * lasts && sds[RELAXING + 1] < 0.5
+}
+
+/// Standard deviations of the free unknowns, zero for the others: `C (f H + P) C` with the information `H` of the data, that
+/// of the priors `P`, `C = (H + P)^-1` and the factor `f` by which residuals that remember and miss make the data count for
+/// less. A prior alone is not doubted by what the data leave over.
+fn deviations(fit: &Fit, free: &[bool; 7]) -> [f64; 7] {
+    let used: Vec<usize> = (0..7).filter(|k| free[*k]).collect();
+    let prior = DMatrix::from_diagonal(&DVector::from_iterator(
+        used.len(),
+        used.iter().map(|k| LOOSE[*k].powi(-2)),
+    ));
+    let mut out = [0.0; 7];
+    let c = &fit.covariance;
+    if let Some(whole) = c.clone().try_inverse() {
+        let spread = c * ((whole - &prior) * inflation(fit) + &prior) * c;
+        for (i, k) in used.iter().enumerate() {
+            out[*k] = spread[(i, i)].max(c[(i, i)]).sqrt();
+        }
+    } else {
+        used.iter()
+            .enumerate()
+            .for_each(|(i, k)| out[*k] = fit.sd(i) * inflation(fit).sqrt());
+    }
+    out
 }
 
 fn inflation(fit: &Fit) -> f64 {
@@ -72,9 +106,8 @@ fn inflation(fit: &Fit) -> f64 {
 }
 
 fn read(fit: &Fit, x: &[f64; 7], free: &[bool; 7]) -> Option<Squeezed> {
-    let scale = inflation(fit).sqrt();
-    let place = |k: usize| free[..k].iter().filter(|f| **f).count();
-    let sd = |k: usize| fit.sd(place(k)) * scale;
+    let sds = deviations(fit, free);
+    let sd = |k: usize| sds[k];
     let k = x[0].exp();
     let own = sd(0).hypot(FORM);
     let damping = x[1] * k;

@@ -42,6 +42,22 @@ impl Word {
         Self::new(interaction, [1.0, 1.0, 1.0], product, true)
     }
 
+    /// The mass (kg) and the friction force over gravity (kg) of one motion, with the covariance of their logarithms, as
+    /// two words that share no error: the mass, and what the friction says beyond it.
+    pub fn driven(interaction: &str, mass: (f64, f64), product: (f64, f64), shared: f64) -> Vec<Self> {
+        let sds = [mass.1 / mass.0, product.1 / product.0];
+        let slope = shared / (sds[0] * sds[0]);
+        let left = sds[1] * sds[1] - slope * shared;
+        let beyond = (product.0 > 0.0 && left > 0.0).then(|| Self {
+            interaction: interaction.into(),
+            row: [1.0 - slope, 1.0, 0.0],
+            value: product.0.ln() - slope * mass.0.ln(),
+            sd: left.sqrt(),
+            scatters: true,
+        });
+        Self::weighed(interaction, mass).into_iter().chain(beyond).collect()
+    }
+
     /// A coefficient of friction.
     pub fn slid(interaction: &str, friction: (f64, f64)) -> Option<Self> {
         Self::new(interaction, [0.0, 1.0, 0.0], friction, true)
@@ -61,8 +77,9 @@ pub(super) struct Together {
     /// `ln m`, `ln mu`, the push law.
     pub x: Vector3<f64>,
     pub covariance: Matrix3<f64>,
-    /// Half the 95 % interval in standard deviations: wider than 1.96 where slidings are few.
-    pub wide: f64,
+    /// Half the 95 % interval of `ln m` and `ln mu` in standard deviations: wider than 1.96 where it is the scatter of few
+    /// slidings that makes the doubt.
+    pub wide: [f64; 2],
 }
 
 impl Together {
@@ -88,6 +105,8 @@ const PRIOR_TRIALS: f64 = 2.0;
 /// Degrees of freedom of the weights that make the fit robust against one bad interaction.
 const TAILS: f64 = 6.0;
 const ROUNDS: usize = 30;
+/// Degrees of freedom of a word's own standard deviation, which is an estimate too.
+const OWN: f64 = 30.0;
 
 /// Fits all words; `expected` is the scatter of friction that is expected before any is seen.
 pub(super) fn together(words: &[Word], prior: &Prior, expected: f64) -> Option<Together> {
@@ -121,10 +140,17 @@ pub(super) fn together(words: &[Word], prior: &Prior, expected: f64) -> Option<T
             break;
         }
     }
+    let degrees = (slidings + PRIOR_TRIALS - 1.0).max(2.0);
+    let without = solve(words, &weights, 0.0, prior)?.1;
+    // The part of the variance that comes from the scatter is more in doubt than the rest (Satterthwaite 1946).
+    let wide = [0, 1].map(|k| {
+        let share = (1.0 - without[(k, k)] / solved.1[(k, k)]).clamp(0.0, 1.0);
+        t_quantile(0.975, (share * share / degrees + (1.0 - share).powi(2) / OWN).recip())
+    });
     Some(Together {
         x: solved.0,
         covariance: solved.1,
-        wide: t_quantile(0.975, (slidings + PRIOR_TRIALS - 1.0).max(2.0)),
+        wide,
     })
 }
 
@@ -240,7 +266,7 @@ mod tests {
             for seed in 0..300 {
                 let found = together(&words(seed, way), &PRIOR, 0.015).expect("solved");
                 for (k, truth) in [0.5f64.ln(), 0.3f64.ln()].into_iter().enumerate() {
-                    let half = found.wide * found.covariance[(k, k)].sqrt();
+                    let half = found.wide[k] * found.covariance[(k, k)].sqrt();
                     inside[k] += usize::from((found.x[k] - truth).abs() < half);
                 }
             }

@@ -2,6 +2,7 @@
 
 mod anchor;
 mod bake;
+mod camera_noise;
 mod complete;
 mod config;
 mod discover;
@@ -32,6 +33,7 @@ mod tests;
 
 pub use crate::geometry::{Mesh, Silhouette};
 pub use bake::bake;
+pub use camera_noise::{CameraNoise, Term, camera_noise, camera_noise_to_toml};
 pub use complete::FindSymmetry;
 pub use config::Config;
 pub use free::FreeSpace;

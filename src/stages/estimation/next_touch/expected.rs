@@ -42,8 +42,8 @@ impl Senses {
 
 /// Readings of a second average so many independent ones.
 const AVERAGED: f64 = 20.0;
-/// Relative doubt of friction from one coasting and one tilt.
-const COAST: f64 = 0.03;
+/// Relative doubt of mass and of the friction force from one fast push that lets go, of friction from one tilt.
+const COAST: [f64; 2] = [0.025, 0.025];
 const TILT: f64 = 0.01;
 /// Share by which the turn of a push may be off the limit surface, and the least doubt of it, rad.
 const TURN: (f64, f64) = (0.05, 0.01);
@@ -85,7 +85,10 @@ fn readings(candidate: &Candidate, state: &State, senses: &Senses) -> Vec<Readin
             out
         }
         Way::Push { point, outward, way } => push(candidate, (point, outward, way), state, senses),
-        Way::Coast => vec![(state[1], COAST.hypot(senses.scatter))],
+        Way::Coast => vec![
+            (state[0], COAST[0]),
+            (state[0] + state[1], COAST[1].hypot(senses.scatter)),
+        ],
         Way::Tilt => vec![(state[1], TILT.hypot(senses.scatter))],
     }
 }

@@ -1,0 +1,226 @@
+//! Mass and friction from a fast push as a whole: being pushed and turned, letting go, coasting to rest.
+//!
+//! Output error: the measured wrench drives a simulated body ([`predict_shoved`]), and its way and heading are compared with
+//! the track; neither a speed nor an acceleration is taken from differences. While it is pushed, the force tells the
+//! friction force; while it coasts, the way tells the friction force over the mass. One push has one friction, so that the
+//! scatter of friction from push to push does not reach the mass. The blow at first touch lasts for a few readings, too
+//! few to tell its impulse: what is compared begins after it, from an unknown motion.
+
+use nalgebra::{DVector, Vector2, Vector3};
+
+use super::Config;
+use super::accelerate::Accelerated;
+use super::action::rest_pose;
+use super::coast::Shape;
+use super::evidence::{Tare, mean_wrench, tare_of, tool_at};
+use super::facts::Ground;
+use super::push::Plane;
+use crate::capture::{Interaction, PhaseKind, Segmented, WrenchStream};
+use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median, quantile};
+use crate::physics::{PlaneMotion, Shove, Shoved, predict_shoved};
+
+/// Least speed at which a body coasts a millimetre and more once it is let go, m/s.
+const FAST: f64 = 0.1;
+/// Log standard deviations of the torsional radius and of the radius of gyration about those of the shape.
+const RADII: [f64; 2] = [0.3, 0.2];
+/// Delay between force and track that is allowed for (1 sd), s.
+const LATE: f64 = 2e-3;
+/// Relative doubt beyond which mass or friction is not told, and misfit that still counts as explained, in variances.
+const WORTH: f64 = 0.15;
+const MISFIT: f64 = 12.0;
+/// Relative doubt for every standard deviation of the track by which the law misses beyond noise.
+const FORM: f64 = 0.01;
+/// Rows of the track that are compared at most.
+const MOST: usize = 300;
+/// Time after the last motion that is compared, s.
+const REST: f64 = 0.08;
+/// What exceeds this many times the usual force of the push is a blow; time after it until its force is forgotten, s.
+const BLOW: f64 = 2.5;
+const AFTER: f64 = 0.012;
+/// Unknowns of the law; the motion at the start comes on top.
+const LAW: usize = 7;
+
+struct Run {
+    shoves: Vec<Shove>,
+    time: Vec<f64>,
+    position: Vec<Vector2<f64>>,
+    heading: Vec<f64>,
+    /// From the tracked point to the centroid at the start, m.
+    centre: Vector2<f64>,
+    noise: (f64, f64),
+    /// Along the support's normal, m/s².
+    gravity: f64,
+}
+
+/// Mass and friction force of a link that was shoved alone; nothing where it was not fast, or where they do not show.
+pub(super) fn shoved(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    shape: &Shape,
+    config: &Config,
+) -> Option<Accelerated> {
+    let run = run_of(interaction, segmented, link, ground, shape)?;
+    let fit = fit(&run, shape)?;
+    let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
+    let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
+    let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
+    let form = config.model_form.hypot(FORM * (misfit - 1.0).max(0.0).sqrt());
+    let sds = [0, 1].map(|k| (fit.sd(k) * wide).hypot(form));
+    let shared = fit.covariance[(0, 1)] * wide * wide;
+    let told = sds.iter().all(|s| *s < WORTH) && misfit < MISFIT;
+    let [mass, friction] = [0, 1].map(|k| (fit.x[k].exp(), fit.x[k].exp() * sds[k]));
+    told.then(|| Accelerated {
+        interaction: interaction.name.clone(),
+        mass,
+        friction,
+        shared,
+    })
+}
+
+fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: &Ground, shape: &Shape) -> Option<Run> {
+    let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
+    let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
+    let plane = &ground.plane;
+    if plane.flat(&ground.gravity).norm() > 0.02 * ground.gravity.norm() {
+        return None;
+    }
+    let rest = segmented.phases.first().filter(|p| p.kind == PhaseKind::Rest)?;
+    let home = rest_pose(track, (rest.start, rest.end))?.0;
+    let onset = segmented.of(PhaseKind::Slide).map(|p| p.start).reduce(f64::min)?;
+    let tare = tare_of(interaction, segmented);
+    let from = after_blows(stream, &tare, plane, onset)?;
+    let origin = plane.flat(&home.translation.vector);
+    let heading = |i: usize| {
+        let turn: Vector3<f64> = (track.rotation[i]? * home.rotation.inverse()).scaled_axis();
+        Some(turn.dot(&plane.normal))
+    };
+    let noise = (
+        segmented.position_noise.unwrap_or(3e-4).max(2e-5),
+        segmented.rotation_noise.unwrap_or(3e-3).max(2e-4),
+    );
+    let mut rows: Vec<(f64, Vector2<f64>, f64)> = (0..track.len())
+        .filter(|&i| track.time[i] >= from && track.position[i].coords.iter().all(|x| x.is_finite()))
+        .filter_map(|i| Some((track.time[i], plane.flat(&track.position[i].coords), heading(i)?)))
+        .collect();
+    let last = rows.last()?.1;
+    let stands = rows.iter().rposition(|r| (r.1 - last).norm() > 4.0 * noise.0)?;
+    let until = rows[stands].0 + REST;
+    rows.retain(|r| r.0 <= until);
+    let speeds: Vec<f64> = rows
+        .windows(4)
+        .map(|w| (w[3].1 - w[0].1).norm() / (w[3].0 - w[0].0).max(1e-6))
+        .collect();
+    if rows.len() < 12 || quantile(&speeds, 0.95)? < FAST {
+        return None;
+    }
+    let rows: Vec<_> = rows.iter().step_by(rows.len().div_ceil(MOST)).collect();
+    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
+    let half = 0.5 / rate.min(500.0);
+    let shove = |&t: &f64| {
+        let wrench = mean_wrench(stream, t - half, t + half, &tare)?;
+        Some(Shove {
+            time: t,
+            force: plane.flat(&wrench.force),
+            at: plane.flat(&tool_at(tool, t)?.coords).into(),
+            moment: wrench.torque.map_or(0.0, |m| m.dot(&plane.normal)),
+            lift: wrench.force.dot(&plane.normal),
+        })
+    };
+    let inside = stream.time.iter().filter(|t| **t >= from && **t <= until);
+    Some(Run {
+        shoves: inside.filter_map(shove).collect(),
+        time: rows.iter().map(|r| r.0).collect(),
+        position: rows.iter().map(|r| r.1).collect(),
+        heading: rows.iter().map(|r| r.2).collect(),
+        centre: plane.flat(&(home * shape.centre).coords) - origin,
+        noise,
+        gravity: -ground.gravity.dot(&plane.normal),
+    })
+}
+
+/// When the last blow is over, s: the force that is usual in contact is exceeded no more.
+fn after_blows(stream: &WrenchStream, tare: &Tare, plane: &Plane, onset: f64) -> Option<f64> {
+    let size = |i: usize| plane.flat(&(stream.force[i] - tare.force)).norm();
+    let rows: Vec<usize> = (0..stream.time.len()).filter(|&i| size(i).is_finite()).collect();
+    let strong = rows.iter().map(|i| size(*i)).fold(0.0, f64::max);
+    let touching: Vec<f64> = rows
+        .iter()
+        .map(|i| size(*i))
+        .filter(|f| *f > 0.05 * strong.min(10.0))
+        .collect();
+    let usual = median(&touching)?;
+    let last = rows.iter().rev().find(|i| size(**i) > BLOW * usual);
+    Some(last.map_or(onset, |i| (stream.time[*i] + AFTER).max(onset)))
+}
+
+/// Logarithms of mass and friction force, centre of mass off the centroid (m), logarithms of the radii over those of the
+/// shape, and how much later than the track the force is, s.
+fn fit(run: &Run, shape: &Shape) -> Option<Fit> {
+    let sizes: Vec<f64> = run.shoves.iter().map(|s| s.force.norm()).collect();
+    let strong = quantile(&sizes, 0.95)?;
+    let typical = median(&sizes.into_iter().filter(|f| *f > 0.1 * strong).collect::<Vec<_>>()).filter(|f| *f > 0.0)?;
+    let residuals = |x: &DVector<f64>| {
+        let off = Vector2::new(x[2], x[3]);
+        let body = Shoved {
+            mass: x[0].exp(),
+            friction: x[1].exp(),
+            torsional_radius: shape.torsional_radius * x[4].exp(),
+            gyration_radius: shape.gyration_radius * x[5].exp(),
+            centre: run.centre + off,
+            gravity: run.gravity,
+        };
+        let start = PlaneMotion {
+            position: Vector2::new(x[LAW], x[LAW + 1]),
+            velocity: Vector2::new(x[LAW + 2], x[LAW + 3]),
+            heading: x[LAW + 4],
+            spin: x[LAW + 5],
+        };
+        let late: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
+        let path = predict_shoved(&body, &start, &run.shoves, &late);
+        let mut out = vec![
+            off.x / shape.spread,
+            off.y / shape.spread,
+            x[4] / RADII[0],
+            x[5] / RADII[1],
+            x[6] / LATE,
+        ];
+        for (i, seen) in path.iter().enumerate() {
+            let miss = (run.position[i] - seen.position) / run.noise.0;
+            out.extend([miss.x, miss.y, (run.heading[i] - seen.heading) / run.noise.1]);
+        }
+        DVector::from_vec(out)
+    };
+    let steps = DVector::from_vec(vec![
+        1e-4, 1e-4, 1e-5, 1e-5, 1e-3, 1e-3, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5, 1e-4,
+    ]);
+    let settings = Settings {
+        loss: Loss::Huber(2.5),
+        iterations: 40,
+        tolerance: 1e-6,
+    };
+    let early = 6.min(run.time.len() - 1);
+    let span = (run.time[early] - run.time[0]).max(1e-6);
+    let velocity = (run.position[early] - run.position[0]) / span;
+    let spin = (run.heading[early] - run.heading[0]) / span;
+    // Several starts: what is driven hard and what barely moves lie in different basins.
+    let starts = [(0.03, 0.9), (0.1, 0.8), (0.3, 0.6)];
+    let fits = starts.iter().filter_map(|(per_newton, share)| {
+        let mut start = DVector::zeros(LAW + 6);
+        start[0] = f64::ln(per_newton * typical);
+        start[1] = f64::ln(share * typical);
+        let motion = [
+            run.position[0].x,
+            run.position[0].y,
+            velocity.x,
+            velocity.y,
+            run.heading[0],
+            spin,
+        ];
+        start.rows_mut(LAW, 6).copy_from_slice(&motion);
+        levenberg_marquardt(&start, &steps, settings, residuals)
+    });
+    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    best.x.iter().all(|v| v.is_finite()).then_some(best)
+}

@@ -6,12 +6,17 @@ use std::path::Path;
 use palpate::base::{Progress, Seed};
 use palpate::lab::{hide_by_word, scene_named, synthesise};
 use palpate::pipeline::{Options, Run, build};
+use palpate::twin::{CAUSES, Verdict};
 
 fn probed(scene: &str, hidden: &str, seed: u64) -> Run {
+    probed_with(scene, hidden, seed, &Options::default())
+}
+
+fn probed_with(scene: &str, hidden: &str, seed: u64, options: &Options) -> Run {
     let mut scene = scene_named(scene).expect("a built-in scene");
     scene.hide = hide_by_word(&scene, hidden, Seed(seed)).expect("a cause that it can hide");
     let made = synthesise(&scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture");
-    build(&made.capture, &Options::default(), &Progress::silent()).expect("a twin")
+    build(&made.capture, options, &Progress::silent()).expect("a twin")
 }
 
 fn named(run: &Run) -> Vec<&str> {
@@ -53,5 +58,36 @@ fn clocks_that_run_apart_are_told_from_a_late_camera() {
 fn nothing_is_said_of_what_is_as_it_should_be() {
     for scene in ["probe-pushes", "probe-presses", "probe-hinge"] {
         assert!(named(&probed(scene, "none", 21)).is_empty(), "{scene}");
+    }
+}
+
+#[test]
+fn pushes_that_change_their_pace_do_not_hide_a_viscous_drag() {
+    let run = probed("probe-pushes", "viscous-friction:1.7", 5);
+    assert_eq!(named(&run), ["viscous-friction"]);
+    assert_eq!(run.diagnosis.verdict, Verdict::Explained);
+    let drag = &run.diagnosis.findings[0].parameters["b"];
+    let [low, high] = drag.ci95.expect("an interval");
+    let truth = 1.7 * 5.0;
+    assert!((drag.value / truth - 1.0).abs() < 0.1, "{}", drag.value);
+    assert!(low < 1.05 * truth && high > 0.95 * truth, "{low} to {high}");
+}
+
+#[test]
+fn a_cause_that_only_mimics_the_true_one_is_not_told_as_the_whole() {
+    let struck = |cause: &str| {
+        let mut options = Options::default();
+        let others = CAUSES.iter().filter(|c| **c != cause);
+        options.diagnosis.causes = Some(others.map(|c| (*c).to_owned()).collect());
+        probed_with("probe-presses", &format!("{cause}:2"), 5, &options).diagnosis
+    };
+    for cause in ["snap-through", "elastic-hysteresis"] {
+        let left = struck(cause);
+        let whole = left.verdict == Verdict::Explained && !left.findings.is_empty();
+        assert!(
+            !whole,
+            "{cause}: {:?}",
+            left.findings.iter().map(|f| &f.cause).collect::<Vec<_>>()
+        );
     }
 }

@@ -232,3 +232,15 @@ fn the_tossed_elbow_tells_of_its_hinge() {
         assert!(joint[what]["confounded"].is_object());
     }
 }
+
+/// A sensor that repeats its readings at rest has no strays, however far the others are from the repeated ones.
+#[test]
+fn a_real_sensor_that_repeats_its_readings_has_no_strays() {
+    let Some(capture) = recording("cmu-push-plywood-3pt-10-90-10-10-30-130") else {
+        return;
+    };
+    let out = palpate(&["diagnose".as_ref(), &capture, "--json".as_ref(), "-q".as_ref()]);
+    let said: Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    let findings = said["findings"].as_array().expect("findings");
+    assert!(findings.iter().all(|f| f["cause"] != "outliers"), "{findings:?}");
+}

@@ -92,7 +92,8 @@ pub fn diagnose(
     let verdict = match verdict(&traces, config) {
         _ if curves.left => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
-        Verdict::Unknown if findings.is_empty() => Verdict::Unknown,
+        // Strays were taken out before anything was foretold: they do not explain what is left.
+        Verdict::Unknown if findings.iter().all(|f| f.cause == "outliers") => Verdict::Unknown,
         _ if findings.is_empty() => Verdict::Adequate,
         _ => Verdict::Explained,
     };

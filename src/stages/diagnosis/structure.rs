@@ -4,6 +4,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::Quantity;
 use super::family::Family;
 use super::fit::{Fit, parameters};
 use super::marginal::{Linear, Point, linear, whitened};
@@ -20,6 +21,8 @@ const HEIGHTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 /// scatter between interactions over the usual.
 const NOISY: (f64, f64) = (1.25, 0.1);
 const SCATTERED: f64 = 3.0;
+/// Positions that are missed by less are as near as a reconstructed shape is good for, m.
+const NEAR: f64 = 5e-4;
 /// Log evidence of a smooth dependence that a whole explanation does not leave, nats, and as a share of its own gain:
 /// nature's form is a little another than the law's.
 const SMOOTH: (f64, f64) = (8.0, 0.015);
@@ -57,7 +60,12 @@ fn noisy(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
     let excess = |fit: &Fit, kind: usize| (over(fit, kind).powi(2) - 1.0).max(0.0);
     // A channel that no named cause is about may be missed for a reason of its own.
     let about = |kind: usize| full.laws.iter().any(|l| family.about(*l) == kind);
-    let kinds = (0..family.kinds().len()).filter(|k| about(*k) && excess(full, *k) > NOISY.1 * excess(plain, *k));
+    let near = |kind: usize| {
+        let place = matches!(family.kinds()[kind].quantity, Quantity::Position | Quantity::Flight);
+        place && full.noise.sigma[kind] < NEAR
+    };
+    let kinds =
+        (0..family.kinds().len()).filter(|k| about(*k) && !near(*k) && excess(full, *k) > NOISY.1 * excess(plain, *k));
     let all = kinds.map(|k| (k, over(full, k)));
     let (kind, ratio) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, r)| *r > NOISY.0)?;
     let channels = full.groups.iter().flat_map(|g| &family.groups()[*g].channels);

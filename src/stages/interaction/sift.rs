@@ -18,6 +18,8 @@ const QUIET: f64 = 1.5;
 const FAR: f64 = 7.0;
 /// Fewest strays, and the least share of the quiet readings, that prove them.
 const PROOF: (usize, f64) = (8, 2.5e-3);
+/// A larger share of the quiet readings is no stray but the noise itself: of a sensor that repeats its readings, say.
+const MOST: f64 = 0.15;
 /// Share of the streams that must have some: a knock is in one, a poor sensor in all.
 const SPREAD: f64 = 0.4;
 /// A step of rounding below this many standard deviations of the noise does not show in what is estimated.
@@ -124,7 +126,8 @@ fn proven(all: &[Judged], level: f64) -> Option<(usize, usize)> {
     let (quiet, far) = each.iter().fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     let with = each.iter().filter(|(_, far)| *far > 0).count();
     let spread = with as f64 >= SPREAD * each.len() as f64;
-    (far >= PROOF.0 && far as f64 > PROOF.1 * quiet as f64 && spread).then_some((quiet, far))
+    let share = far as f64 / quiet.max(1) as f64;
+    (far >= PROOF.0 && share > PROOF.1 && share < MOST && spread).then_some((quiet, far))
 }
 
 fn strays_of(capture: &Capture, forces: &[Judged], level: Option<f64>) -> Option<Strays> {

@@ -20,6 +20,10 @@ const FAR: f64 = 7.0;
 const PROOF: (usize, f64) = (8, 2.5e-3);
 /// A larger share of the quiet readings is no stray but the noise itself: of a sensor that repeats its readings, say.
 const MOST: f64 = 0.15;
+/// Readings this many standard deviations from where their stream began are loaded. Strays are among the others too, in at
+/// least this share of what they are on the whole; a tool that chatters on what it holds makes none there.
+const LOADED: f64 = 10.0;
+const ALIKE: f64 = 0.3;
 /// Share of the streams that must have some: a knock is in one, a poor sensor in all.
 const SPREAD: f64 = 0.4;
 /// A step of rounding below this many standard deviations of the noise does not show in what is estimated.
@@ -67,6 +71,8 @@ fn forces_of(interaction: &Interaction) -> Vec<Vector3<f64>> {
 struct Judged {
     /// Reading less the median about it.
     off: Vec<Vector3<f64>>,
+    /// Median about it, less that where the stream begins.
+    away: Vec<Vector3<f64>>,
     /// Scatter of the block that each reading is in, the noisiest axis.
     local: Vec<f64>,
 }
@@ -86,7 +92,18 @@ impl Judged {
             (0..3).filter_map(axis).fold(0.0, f64::max)
         };
         let local = off.chunks(BLOCK).flat_map(|b| vec![scatter(b); b.len()]).collect();
-        Self { off, local }
+        let about = |i: usize| values[i] - off[i];
+        let start = Vector3::from_fn(|k, _| {
+            let first: Vec<f64> = (0..values.len().min(BLOCK)).map(|i| about(i)[k]).collect();
+            median(&first).unwrap_or(0.0)
+        });
+        let away = (0..values.len()).map(|i| about(i) - start).collect();
+        Self { off, away, local }
+    }
+
+    /// How far the readings about this one are from where the stream began.
+    fn away(&self, i: usize) -> f64 {
+        self.away[i].amax()
     }
 
     fn size(&self, i: usize) -> f64 {
@@ -127,7 +144,19 @@ fn proven(all: &[Judged], level: f64) -> Option<(usize, usize)> {
     let with = each.iter().filter(|(_, far)| *far > 0).count();
     let spread = with as f64 >= SPREAD * each.len() as f64;
     let share = far as f64 / quiet.max(1) as f64;
-    (far >= PROOF.0 && share > PROOF.1 && share < MOST && spread).then_some((quiet, far))
+    let proven = far >= PROOF.0 && share > PROOF.1 && share < MOST && spread;
+    (proven && without_load(all, level, share)).then_some((quiet, far))
+}
+
+/// Whether the quiet readings without a load have their part of the strays.
+fn without_load(all: &[Judged], level: f64, share: f64) -> bool {
+    let idle = |j: &Judged| {
+        let quiet: Vec<usize> = j.quiet(level).filter(|i| j.away(*i) < LOADED * level).collect();
+        let far = quiet.iter().filter(|i| j.size(**i) > FAR * level).count();
+        (quiet.len(), far)
+    };
+    let (quiet, far) = all.iter().map(idle).fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    far > 0 && far as f64 >= ALIKE * share * quiet as f64
 }
 
 fn strays_of(capture: &Capture, forces: &[Judged], level: Option<f64>) -> Option<Strays> {

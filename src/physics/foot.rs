@@ -59,14 +59,26 @@ impl Foot {
 fn press(points: &[(Point2<f64>, f64)], wanted: &Point2<f64>) -> (Point2<f64>, f64) {
     let area: f64 = points.iter().map(|p| p.1).sum();
     let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
-    let mut slope = Vector2::zeros();
-    let (mut reached, mut radius) = (middle, 0.0);
+    let (reached, slope) = slope_towards(points, &middle, wanted);
+    let pressed = pressed_points(points, &middle, &slope);
+    let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
+    let radius = pressed.iter().map(|(p, _, f)| f * (p - reached).norm()).sum::<f64>() / load;
+    (reached, radius)
+}
+
+/// The slope of a linear pressure about `middle` that brings its centre as near to `wanted` as can be, and that centre.
+fn slope_towards(
+    points: &[(Point2<f64>, f64)],
+    middle: &Point2<f64>,
+    wanted: &Point2<f64>,
+) -> (Point2<f64>, Vector2<f64>) {
+    let (mut slope, mut best) = (Vector2::zeros(), (*middle, Vector2::zeros()));
     // Newton on the slope: where pressure is clipped at zero only the pressed part answers to it.
     for _ in 0..20 {
-        let pressed = pressed_points(points, &middle, &slope);
+        let pressed = pressed_points(points, middle, &slope);
         let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
-        reached = Point2::from(pressed.iter().map(|(p, _, f)| p.coords * *f).sum::<Vector2<f64>>() / load);
-        radius = pressed.iter().map(|(p, _, f)| f * (p - reached).norm()).sum::<f64>() / load;
+        let reached = Point2::from(pressed.iter().map(|(p, _, f)| p.coords * *f).sum::<Vector2<f64>>() / load);
+        best = (reached, slope);
         let missing = wanted - reached;
         if missing.norm() < 1e-5 {
             break;
@@ -81,7 +93,7 @@ fn press(points: &[(Point2<f64>, f64)], wanted: &Point2<f64>) -> (Point2<f64>, f
             None => break,
         }
     }
-    (reached, radius)
+    best
 }
 
 /// Where the pressure `1 + slope·(p − middle)` is positive: point, area, load.
@@ -180,6 +192,23 @@ pub fn riders(model: &Model, link: &str) -> Vec<String> {
 pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
     let under = underside(mesh, pose)?;
     Some(under.mean_distance(&under.area_centroid().1))
+}
+
+/// The underside of a mesh at `pose` (z up) under a pressure that is linear over it and brings the load to `centre`, as far
+/// as that can be: the centre that is reached, and points about it with their shares of the load.
+pub fn pressed_underside(
+    mesh: &Mesh,
+    pose: &Isometry3<f64>,
+    centre: &Point2<f64>,
+) -> Option<(Point2<f64>, Vec<(Vector2<f64>, f64)>)> {
+    let points = underside(mesh, pose)?.quadrature();
+    let area: f64 = points.iter().map(|p| p.1).sum();
+    let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
+    let (reached, slope) = slope_towards(&points, &middle, centre);
+    let pressed = pressed_points(&points, &middle, &slope);
+    let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
+    let about = pressed.into_iter().map(|(p, _, f)| (p - reached, f / load));
+    Some((reached, about.collect()))
 }
 
 /// The hull of what is within 3 mm of the lowest point.

@@ -16,7 +16,8 @@ import sys
 HERE = pathlib.Path(__file__).parent
 TIN = ["velocity-weakening-friction", "viscous-friction", "anisotropic-friction", "friction-patch", "support-tilt", "bump", "magnet",
        "com-offset", "wear-or-heating", "force-bias", "force-bias-world", "force-drift", "static-ageing", "breakaway-bond", "tether",
-       "tool-friction", "time-delay", "hidden-body", "outside-texture", "outside-ratchet"]
+       "tool-friction", "time-delay", "hidden-body", "contact-point-offset", "yaw-inertia", "added-inertia", "loose-mass",
+       "outside-texture", "outside-ratchet"]
 PAD = ["hardening-stiffness", "second-stage", "power-law-stiffness", "elastic-damping", "stress-relaxation", "plastic-set",
        "elastic-hysteresis", "softening-by-use", "adhesion", "preload", "snap-through", "force-saturation"]
 DRAWER = ["joint-damping", "joint-spring", "joint-stiction", "detent", "latch", "soft-close", "limit-compliance", "outside-joint-texture"]

@@ -333,6 +333,67 @@ def in_tool(record, heading, change):
         record["force"][:, 1:4] = change(record["force"][:, 0], record["force"][:, 1:4] @ turn) @ turn.T
 
 
+@cause("contact-point-offset")
+class ContactPointOffset(Tin):
+    """The tool's tip is not where its path says: a step in the room, or in the tool's own frame."""
+
+    def setup(self, rng):
+        way = rng.uniform(-np.pi, np.pi)
+        self.own = bool(rng.random() < 0.5)
+        self.step = 0.004 * self.strength * np.r_[np.cos(way), np.sin(way)]
+        self.parameters = dict(dx=float(self.step[0]), dy=float(self.step[1]))
+
+    def sense(self, record, kind, heading):
+        turn = heading if self.own else 0.0
+        way = np.r_[np.cos(turn) * self.step[0] - np.sin(turn) * self.step[1], np.sin(turn) * self.step[0] + np.cos(turn) * self.step[1]]
+        if len(record["tool"]):
+            record["tool"][:, 1:3] += way
+
+
+@cause("yaw-inertia")
+class YawInertia(Tin):
+    def setup(self, rng):
+        self.parameters = dict(factor=float(np.exp(0.6 * self.strength * self.sign)))
+
+    def build(self, spec):
+        spec["yaw"] = self.parameters["factor"]
+
+
+@cause("added-inertia")
+class AddedInertia(Tin):
+    """What has to be sped up, but weighs nothing."""
+
+    def setup(self, rng):
+        self.parameters = dict(share=0.5 * self.strength)
+
+    def build(self, spec):
+        spec["added"] = self.parameters["share"]
+
+
+@cause("loose-mass")
+class LooseMass(Tin):
+    """A part of the mass on a spring and a damper, in the plane."""
+
+    def setup(self, rng):
+        self.parameters = dict(share=min(0.35 * self.strength, 0.8), rate=rng.uniform(15, 35), damping_ratio=rng.uniform(0.03, 0.2))
+        self.at = self.way = np.zeros(2)
+
+    def build(self, spec):
+        spec["loose"] = self.parameters["share"]
+        self.mass = spec["loose"] * spec["mass"]
+
+    def begin(self, kind, index, start, wait):
+        self.at, self.way = None, np.zeros(2)
+
+    def force(self, c):
+        rate, ratio = self.parameters["rate"], self.parameters["damping_ratio"]
+        self.at = c.place.copy() if self.at is None else self.at
+        pull = self.mass * (rate**2 * (self.at - c.place) + 2 * ratio * rate * (self.way - c.velocity))
+        self.way = self.way - pull / self.mass * c.dt
+        self.at = self.at + self.way * c.dt
+        return pull
+
+
 @cause("force-bias")
 class ForceBias(Effect):
     def setup(self, rng):

@@ -158,7 +158,7 @@ def tin(rng, effects):
     if round_:
         half[1] = half[0]
     spec = dict(mass=rng.uniform(0.3, 1.0), mu=rng.uniform(0.2, 0.5), tool_friction=rng.uniform(0.36, 0.44), com=np.zeros(2),
-                spread=1.0, gravity=np.r_[0, 0, -w.G], hidden_mass=0.0)
+                spread=1.0, gravity=np.r_[0, 0, -w.G], hidden_mass=0.0, yaw=1.0, added=0.0, loose=0.0)
     for effect in effects:
         effect.build(spec)
     mass, mu, com = spec["mass"], spec["mu"], spec["com"]
@@ -170,9 +170,10 @@ def tin(rng, effects):
         shape = w.box_geom("tin", half, 1)
         inertia = [mass * (half[1]**2 + half[2]**2) / 3, mass * (half[0]**2 + half[2]**2) / 3,
                    mass * (half[0]**2 + half[1]**2) / 3]
+    inertia[2] = min(spec["yaw"] * inertia[2], 0.99 * (inertia[0] + inertia[1]))
     small = "".join(f'<geom name="foot{i}" type="sphere" size="0.002" pos="{x} {y} {0.002 - half_height}"/>'
                     for i, (x, y) in enumerate(feet))
-    bodies = (f'<body name="tin" pos="0 0 {half_height}"><freejoint name="free"/><inertial pos="{com[0]} {com[1]} 0" mass="{mass}" '
+    bodies = (f'<body name="tin" pos="0 0 {half_height}"><freejoint name="free"/><inertial pos="{com[0]} {com[1]} 0" mass="{mass * (1 - spec["loose"])}" '
               f'diaginertia="{inertia[0]} {inertia[1]} {inertia[2]}"/>{shape}{small}</body>')
     pairs = "".join(f'<pair name="under{i}" geom1="table" geom2="foot{i}" condim="3" friction="{mu} {mu} 0 0 0" '
                     f'solref="0.003 1" solimp="0.95 0.99 0.0005"/>' for i in range(len(feet)))
@@ -188,6 +189,7 @@ def tin(rng, effects):
     under = [model.pair(f"under{i}").id for i in range(len(feet))]
     free = model.joint("free")
     position, speed = free.qposadr[0], free.dofadr[0]
+    model.dof_armature[speed:speed + 3] += spec["added"] * mass
     pose = [np.zeros(2), 0.0]
     acting = any(type(e).friction is not Effect.friction or type(e).force is not Effect.force for e in effects)
     local = np.column_stack([feet, np.full(len(feet), -half_height)])
@@ -202,6 +204,7 @@ def tin(rng, effects):
     def act(clock, data):
         if not acting:
             return
+        data.xfrc_applied[body, 2] = spec["loose"] * mass * spec["gravity"][2]
         turn = data.xmat[body].reshape(3, 3)
         velocity, spin = data.qvel[speed:speed + 3], turn @ data.qvel[speed + 3:speed + 6]
         arms = local @ turn.T

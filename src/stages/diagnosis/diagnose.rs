@@ -15,6 +15,7 @@ use super::presses::Presses;
 use super::pushes::Pushes;
 use super::sensor::sensor_findings;
 use super::tosses::of_all_bodies;
+use super::turns::Turns;
 use super::white::whiteness;
 use super::{Config, Curve, Trace, asking, named};
 use crate::base::{Notices, Result};
@@ -179,8 +180,10 @@ fn name_causes(
     let pushes = Pushes::new(capture, segmented, model);
     let presses = Presses::new(capture, segmented, model);
     let motions = of_all_joints(capture, segmented, model);
+    let turns = Turns::new(capture, segmented, model);
     let first = [
         pushes.as_ref().map(|p| p as &dyn Family),
+        turns.as_ref().map(|t| t as &dyn Family),
         presses.as_ref().map(|p| p as &dyn Family),
     ];
     let families = first.into_iter().flatten().map(|f| (f, None));

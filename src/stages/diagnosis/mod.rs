@@ -37,6 +37,7 @@ mod toss_curves;
 mod toss_laws;
 mod tosses;
 mod trace;
+mod turns;
 mod white;
 
 pub use config::Config;

@@ -40,6 +40,7 @@ mod surface;
 mod tilt;
 mod together;
 mod toss;
+mod turning;
 
 pub use action::{action_of, first_rest, rest_pose, start_poses, support_normal};
 pub use calibrate::calibrate_friction;
@@ -54,3 +55,4 @@ pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
     conditions_of, flight_of, flying as sought_of_flights, rigid as sought_of_tosses, subjects as tossed_subjects,
 };
+pub use turning::{Turned, turned};

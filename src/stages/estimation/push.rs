@@ -10,6 +10,8 @@ use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
 /// Wrench and motion of the pushed link averaged over a block of time, in the plane of the support.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
+    /// Middle of the block, s.
+    pub time: f64,
     /// Force on the body, N, in the plane's axes.
     pub force: Vector2<f64>,
     /// Force on the body along the support's normal, N.
@@ -138,6 +140,7 @@ pub(super) fn read_push(
         let motion = motion_at(track, t, config.smoothing);
         if let (Some(w), Some(m), Some(p)) = (wrench, motion, tool_at(tool, t)) {
             let mut block = block_of(interaction, ground, &w, &m, &p, noise);
+            block.time = t;
             if bridged {
                 block.acceleration = Vector2::zeros();
             } else {
@@ -188,6 +191,7 @@ fn block_of(
     };
     let axes = motion.pose.rotation.to_rotation_matrix().into_inner();
     Block {
+        time: 0.0,
         force: plane.flat(&force),
         lift: force.dot(&plane.normal),
         moment: moment.dot(&plane.normal),

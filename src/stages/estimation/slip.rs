@@ -92,18 +92,18 @@ pub(super) fn slip_of(
 }
 
 /// The plane of the support, and where the body was in the world at first.
-struct PlaneFrame {
-    turn: UnitQuaternion<f64>,
-    start: Pose,
+pub(super) struct PlaneFrame {
+    pub turn: UnitQuaternion<f64>,
+    pub start: Pose,
 }
 
 impl PlaneFrame {
-    fn flat(&self, v: &Vector3<f64>) -> Vector2<f64> {
+    pub fn flat(&self, v: &Vector3<f64>) -> Vector2<f64> {
         (self.turn * v).xy()
     }
 
     /// How the body has moved in the plane since the start.
-    fn moved(&self, pose: &Isometry3<f64>) -> Isometry2<f64> {
+    pub fn moved(&self, pose: &Isometry3<f64>) -> Isometry2<f64> {
         let turn = Isometry3::from_parts(Translation3::identity(), self.turn);
         let relative = turn * pose * self.start.0.inverse() * turn.inverse();
         Isometry2::new(relative.translation.vector.xy(), relative.rotation.scaled_axis().z)

@@ -91,3 +91,41 @@ fn a_cause_that_only_mimics_the_true_one_is_not_told_as_the_whole() {
         );
     }
 }
+
+#[test]
+fn a_tool_that_touches_beside_where_its_path_says_is_no_offset_centre() {
+    let run = probed("probe-pushes", "contact-point-offset", 5);
+    assert_eq!(named(&run), ["contact-point-offset"]);
+    let found = &run.diagnosis.findings[0].parameters;
+    let [dx, dy] = ["dx", "dy"].map(|k| found[k].value);
+    let (way, size): (f64, f64) = (dy.atan2(dx), dx.hypot(dy));
+    assert!(
+        (size / 0.003 - 1.0).abs() < 0.15 && (way + 1.999).abs() < 0.1,
+        "{size} m along {way}"
+    );
+}
+
+#[test]
+fn what_has_to_be_sped_up_but_weighs_nothing_is_found() {
+    let run = probed("probe-pushes", "added-inertia:2", 6);
+    assert_eq!(named(&run), ["added-inertia"]);
+    let share = &run.diagnosis.findings[0].parameters["e"];
+    let [low, high] = share.ci95.expect("an interval");
+    assert!(low < 0.6 && 0.6 < high, "{low} to {high}");
+}
+
+#[test]
+fn a_part_of_the_mass_that_swings_is_found() {
+    let run = probed("probe-pushes", "loose-mass:2", 5);
+    assert_eq!(named(&run)[0], "loose-mass");
+}
+
+#[test]
+fn what_these_data_cannot_show_is_listed_with_what_would() {
+    let run = probed("probe-presses", "none", 21);
+    let shown = |cause: &str| {
+        let mut all = run.diagnosis.experiments.iter().flat_map(|e| &e.parts);
+        all.any(|p| p == cause)
+    };
+    assert!(shown("friction-patch") && shown("support-compliance") && !shown("joint-damping"));
+}

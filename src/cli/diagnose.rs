@@ -8,7 +8,7 @@ use super::{output, reconstruct};
 use crate::base::{Estimate, Notices, Result, Seed};
 use crate::capture::read_capture;
 use crate::pipeline::{self, Options, Pass};
-use crate::twin::{Diagnosis, Finding, Gain, Verdict, read_twin};
+use crate::twin::{Diagnosis, Experiment, Finding, Gain, Verdict, read_twin};
 
 /// Diagnoses a fresh fit, or the model of an existing folder, and says what came out.
 pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &[String]) -> Result<ExitCode> {
@@ -43,11 +43,22 @@ fn in_words(diagnosis: &Diagnosis) -> String {
     for finding in &diagnosis.findings {
         text += &of_finding(finding);
     }
-    if !diagnosis.experiments.is_empty() {
-        text += "\nwhat would tell more:\n";
-    }
-    for experiment in &diagnosis.experiments {
-        text += &format!("- {} (parts: {})\n", experiment.words, experiment.parts.join(", "));
+    let (parting, showing): (Vec<&Experiment>, Vec<&Experiment>) =
+        diagnosis.experiments.iter().partition(|e| e.bits.is_some());
+    for (title, word, some) in [
+        ("what would tell more", "parts", parting),
+        (
+            "what these data say nothing of, and what would show it",
+            "shows",
+            showing,
+        ),
+    ] {
+        if !some.is_empty() {
+            text += &format!("\n{title}:\n");
+        }
+        for experiment in some {
+            text += &format!("- {} ({word}: {})\n", experiment.words, experiment.parts.join(", "));
+        }
     }
     text
 }

@@ -187,7 +187,8 @@ fn experiments(experiments: &[Experiment]) -> String {
             let parts = if parts.is_empty() {
                 String::new()
             } else {
-                format!(" <span class=\"muted\">tells apart {}</span>", parts.join(", "))
+                let does = if e.bits.is_some() { "tells apart" } else { "would show" };
+                format!(" <span class=\"muted\">{does} {}</span>", parts.join(", "))
             };
             format!("<li>{}{bits}{parts}</li>\n", escape(&e.words))
         })

@@ -189,7 +189,9 @@ def tin(rng, effects):
     under = [model.pair(f"under{i}").id for i in range(len(feet))]
     free = model.joint("free")
     position, speed = free.qposadr[0], free.dofadr[0]
-    model.dof_armature[speed:speed + 3] += spec["added"] * mass
+    if spec["added"]:
+        model.dof_armature[speed:speed + 3] += spec["added"] * mass
+        mujoco.mj_setConst(model, mujoco.MjData(model))
     pose = [np.zeros(2), 0.0]
     acting = any(type(e).friction is not Effect.friction or type(e).force is not Effect.force for e in effects)
     local = np.column_stack([feet, np.full(len(feet), -half_height)])

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use crate::twin::{Experiment, Finding};
 
 /// Sets of causes and the experiment that parts them.
-const PARTING: [(&[&str], &str); 14] = [
+const PARTING: [(&[&str], &str); 17] = [
     (
         &["bump", "friction-patch", "magnet"],
         "push across the same place in the opposite direction, then again with a known load on top: what resists both \
@@ -73,13 +73,119 @@ const PARTING: [(&[&str], &str); 14] = [
         "push through the same place along four headings, then turn the object by 90 degrees and repeat",
     ),
     (
+        &["loose-mass", "added-inertia"],
+        "start and stop the body at two accelerations and let it coast; then tilt it and wait, and shake it at the rate at which it \
+         seems to swing",
+    ),
+    (
+        &["contact-point-offset", "com-offset"],
+        "push opposite faces, then turn the body by 90 degrees and push again: an offset of the tool stays in the room, a centre \
+         of mass turns with the body",
+    ),
+    (
+        &["uneven-support-pressure", "com-offset", "tool-friction"],
+        "push all four sides off the middle, to either side of it",
+    ),
+    (
         &["force-crosstalk", "tool-friction"],
         "push a face squarely, then at 30 degrees from either side",
     ),
 ];
 
+/// What was done to the things of a capture, as far as the laws of it could be asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Done {
+    pub pushed: bool,
+    pub pressed: bool,
+    /// Joints were moved through what shows their laws.
+    pub turned: bool,
+    /// There are joints.
+    pub jointed: bool,
+    pub tossed: bool,
+}
+
+/// Causes of which nothing shows unless something is done that was not, or that needs more than these data have.
+fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
+    let mut out: Vec<(&[&str], &str)> = Vec::new();
+    if !done.pushed && !done.tossed {
+        out.push((
+            &[
+                "velocity-weakening-friction",
+                "viscous-friction",
+                "static-ageing",
+                "anisotropic-friction",
+                "friction-patch",
+                "support-tilt",
+                "bump",
+                "magnet",
+                "tether",
+                "breakaway-bond",
+                "hidden-body",
+                "loose-mass",
+                "contact-point-offset",
+            ],
+            "push each thing along the table from all sides, over one spot, at four speeds, at once and after a while",
+        ));
+    }
+    if !done.pressed {
+        out.push((
+            &[
+                "hardening-stiffness",
+                "second-stage",
+                "elastic-damping",
+                "stress-relaxation",
+                "plastic-set",
+                "elastic-hysteresis",
+                "softening-by-use",
+                "snap-through",
+                "adhesion",
+                "support-compliance",
+            ],
+            "press into what may give, to several depths at two rates, hold each for three seconds, and do the deepest twice",
+        ));
+    }
+    if done.jointed && !done.turned {
+        out.push((
+            &[
+                "joint-stiction",
+                "joint-damping",
+                "joint-spring",
+                "joint-gravity",
+                "detent",
+                "latch",
+                "soft-close",
+                "limit-compliance",
+            ],
+            "move the joint through all of its range and back, by a handle, at three speeds or more",
+        ));
+    }
+    if done.pushed {
+        out.push((
+            &["load-dependent-friction", "force-gain"],
+            "hang a known weight on the tool, and repeat a push with two known loads on top",
+        ));
+        out.push((
+            &["yaw-inertia", "rolling-resistance", "presliding", "contact-law", "tool-friction"],
+            "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
+        ));
+    }
+    if done.pressed {
+        out.push((
+            &["support-compliance"],
+            "press something much stiffer at the same place of the support, in view of the track",
+        ));
+    }
+    if done.turned {
+        out.push((
+            &["backlash", "joint-loose-mass", "joint-coupling", "moving-axis"],
+            "reverse the joint in small steps, stop it short, hold every other joint meanwhile, with tracked marks at two radii",
+        ));
+    }
+    out
+}
+
 /// Experiments for the rivals of each finding, then for what could not be tested.
-pub fn experiments(findings: &[Finding], untestable: &BTreeSet<&str>) -> Vec<Experiment> {
+pub fn experiments(findings: &[Finding], untestable: &BTreeSet<&str>, done: Done) -> Vec<Experiment> {
     let mut out: Vec<Experiment> = Vec::new();
     for finding in findings.iter().filter(|f| !f.alternatives.is_empty()) {
         let rivals = finding.alternatives.iter().map(|a| a.cause.clone());
@@ -97,12 +203,14 @@ pub fn experiments(findings: &[Finding], untestable: &BTreeSet<&str>) -> Vec<Exp
             bits: Some(bits),
         });
     }
-    for (set, words) in PARTING {
-        let parts: Vec<String> = set
-            .iter()
-            .filter(|c| untestable.contains(*c))
-            .map(|c| (*c).to_owned())
-            .collect();
+    let tried = PARTING.into_iter().map(|(set, words)| {
+        let parts: Vec<&str> = set.iter().copied().filter(|c| untestable.contains(c)).collect();
+        (parts, words)
+    });
+    let never = not_shown(done).into_iter().map(|(set, words)| (set.to_vec(), words));
+    for (parts, words) in tried.chain(never) {
+        let found = |c: &&str| !findings.iter().any(|f| f.cause == *c);
+        let parts: Vec<String> = parts.into_iter().filter(found).map(str::to_owned).collect();
         let told = |e: &Experiment| e.words == words;
         if !parts.is_empty() && !out.iter().any(told) {
             out.push(Experiment {

@@ -187,6 +187,11 @@ pub trait Family: Sync {
         0.0
     }
 
+    /// What differs from one repeat to the next, in the unit of the first kind of channel: no law foretells it.
+    fn unforeseen(&self) -> f64 {
+        0.0
+    }
+
     fn groups(&self) -> &[Group] {
         &self.sheet().groups
     }

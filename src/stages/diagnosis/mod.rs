@@ -11,6 +11,7 @@ mod evidence;
 mod family;
 mod fit;
 mod frames;
+mod inertia;
 mod joints;
 mod marginal;
 mod motion_laws;

@@ -19,6 +19,7 @@ mod form {
     pub const BIAS: usize = 12;
     pub const DRIFT: usize = 13;
     pub const WEAR: usize = 14;
+    pub const SATURATION: usize = 15;
 }
 
 /// One moment of a joint at work.
@@ -112,6 +113,7 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
             form::LEVER => load * (1.0 + x[0] * m.position.cos() + x[1] * m.position.sin()),
             form::BIAS => load + x[0] * m.lever,
             form::DRIFT => load + x[0] * m.time * m.lever,
+            form::SATURATION => load.clamp(-x[0].exp() * m.lever, x[0].exp() * m.lever),
             _ => load,
         }
     })
@@ -130,7 +132,7 @@ impl Maker<'_> {
         grid: Vec<Vec<f64>>,
         words: &'static str,
     ) -> Law {
-        let place = if (form::BIAS..=form::DRIFT).contains(&form) {
+        let place = if matches!(form, form::BIAS | form::DRIFT | form::SATURATION) {
             "sensor".into()
         } else {
             self.joint.to_owned()
@@ -166,7 +168,7 @@ pub fn motion_laws(joint: &str, scale: &Scale) -> Vec<Law> {
     let mut laws = speed_laws(&make, scale);
     laws.extend(place_laws(&make, scale));
     laws.extend(local_laws(&make, scale));
-    laws.extend(sensor_laws(&make));
+    laws.extend(sensor_laws(&make, scale));
     laws
 }
 
@@ -355,7 +357,8 @@ fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     laws
 }
 
-fn sensor_laws(make: &Maker) -> Vec<Law> {
+fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
+    let largest = s.force.max(1e-3);
     let force = |name, unit, sd| Parameter::amplitude(name, unit, sd);
     vec![
         make.plain(
@@ -369,6 +372,20 @@ fn sensor_laws(make: &Maker) -> Vec<Law> {
             form::DRIFT,
             force("d", "N/s", 0.002),
             "what is read drifts with time",
+        ),
+        make.law(
+            "force-saturation",
+            form::SATURATION,
+            (
+                Vec::new(),
+                // Nothing larger than the limit can have been read.
+                vec![Parameter {
+                    low: (0.97 * largest).ln(),
+                    ..Parameter::scale("Fs", "N", largest, 0.3)
+                }],
+            ),
+            vec![vec![(0.98 * largest).ln()]],
+            "the sensor cuts off large forces",
         ),
         make.plain(
             "wear-or-heating",

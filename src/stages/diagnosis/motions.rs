@@ -40,6 +40,8 @@ const MOTIONS: usize = 3;
 pub struct Scale {
     /// N·m or N.
     pub load: f64,
+    /// Largest force of the tool along the freedom, N.
+    pub force: f64,
     /// rad/s or m/s.
     pub speed: f64,
     /// Lowest and highest position, rad or m.
@@ -55,6 +57,8 @@ pub struct Motions {
     friction: f64,
     slow: f64,
     turns: bool,
+    /// N·m per N, usually.
+    lever: f64,
     /// When the first motion began, s, of the capture's clock.
     zero: f64,
 }
@@ -133,6 +137,8 @@ impl Motions {
         let places: Vec<f64> = moving.iter().map(|l| l.position).collect();
         let scale = Scale {
             load: largest,
+            // A single reading may stray.
+            force: quantile(&loads().map(|l| (l.load / l.lever).abs()).collect::<Vec<_>>(), 0.998)?,
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
@@ -162,6 +168,7 @@ impl Motions {
             friction,
             slow,
             turns,
+            lever,
             zero,
         };
         for read in reads {
@@ -171,6 +178,13 @@ impl Motions {
         let gain = quantile(&gains, 0.9)?.max(1e-6);
         out.sheet.base[1] = Parameter::amplitude("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);
         Some(out)
+    }
+
+    /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.
+    pub fn rounded(mut self, lost: f64) -> Self {
+        let kind = &mut self.sheet.kinds[0];
+        kind.sigma = kind.sigma.hypot(lost * self.lever);
+        self
     }
 
     /// The load that `fit` foretells beside the measured one, by interaction; where the joint stands or sets out it

@@ -15,6 +15,8 @@ use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 const TEMPERATURE: f64 = 1.5;
 /// Share of the error above the noise that a finding may add on interactions that were not fitted.
 const WORSE: f64 = -0.1;
+/// What it adds there beside the noise at rest, in units of that.
+const SHAKEN: f64 = 1.5;
 /// Causes less likely than this are not listed.
 const NEGLIGIBLE: f64 = 0.005;
 
@@ -35,7 +37,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         // A tare fitted anew would take the place of what is wrong with the sensor.
         let gain = gain(family, &before, &after, family.about(taken.law), law.place != "sensor");
         // What makes held-out interactions worse is no cause, however well it fits.
-        if !gain.held_out.is_empty() && gain.reduction < WORSE {
+        if !gain.held_out.is_empty() && gain.reduction < WORSE && worse(family, &gain, family.about(taken.law)) {
             continue;
         }
         out.push(Finding {
@@ -51,6 +53,17 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         });
     }
     out
+}
+
+/// Whether held-out interactions are foretold worse by more than noise at rest and repeats leave open: an effect that they do not meet leaves them
+/// where noise is, and there the share of what is above it says nothing.
+fn worse(family: &dyn Family, gain: &Gain, kind: usize) -> bool {
+    let floor = family
+        .kinds()
+        .get(kind)
+        .map_or(0.0, |k| k.sigma)
+        .max(family.unforeseen());
+    gain.rmse_after.powi(2) - gain.rmse_before.powi(2) > (SHAKEN * floor).powi(2)
 }
 
 /// The model with these laws on, with parameters of the full fit where they are in it.

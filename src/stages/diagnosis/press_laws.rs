@@ -22,14 +22,33 @@ mod form {
     pub const SATURATION: usize = 15;
     pub const DELAY: usize = 16;
     pub const LAG: usize = 17;
+    pub const SET_ALL_OVER: usize = 18;
+    pub const MULLINS_ALL_OVER: usize = 19;
+}
+
+/// How much lower presses as deep as these (m; here, and anywhere on the body) have left the surface, m.
+fn lower(a: &Active, deepest: [f64; 2]) -> f64 {
+    let of = |deepest: f64| a.values[0] * (deepest - a.values[1]).max(0.0);
+    match a.law.form {
+        form::SET => of(deepest[0]),
+        form::SET_ALL_OVER => of(deepest[1]),
+        _ => 0.0,
+    }
+}
+
+/// How much lower than at first the tool meets the surface after presses `past` deep (m; here, and anywhere on the body), m.
+pub fn sunk(past: [f64; 2], active: &[Active]) -> f64 {
+    active.iter().map(|a| lower(a, past)).sum()
 }
 
 /// What a pressed thing and a sensor remember from sample to sample.
 pub struct Memory {
     stiffness: f64,
     scale: f64,
-    /// Deepest so far, m.
-    deepest: f64,
+    /// Deepest so far at this spot, and anywhere on the body, m.
+    deepest: [f64; 2],
+    /// The same before this press.
+    past: [f64; 2],
     /// Force of the relaxing arm, N.
     arm: f64,
     /// State of the hysteretic element, −1 to 1.
@@ -42,13 +61,14 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// A spring of `stiffness` (N/m) that was pressed `past` (m) deep before; `scale` (m) is the deepest of all presses.
-    pub fn new(stiffness: f64, scale: f64, past: f64) -> Self {
+    /// A spring of `stiffness` (N/m) that was pressed `past` (m; here, and anywhere) deep before; `scale` (m) is the deepest of all presses.
+    pub fn new(stiffness: f64, scale: f64, past: [f64; 2]) -> Self {
         let scale = scale.max(1e-5);
         Self {
             stiffness,
             scale,
             deepest: past,
+            past,
             arm: 0.0,
             loop_state: 0.0,
             before: 0.0,
@@ -63,7 +83,8 @@ impl Memory {
         for a in active {
             match a.law.form {
                 form::DELAY => depth -= m.rate * a.values[0],
-                form::SET => depth -= a.values[0] * (self.deepest - a.values[1]).max(0.0),
+                // Depth counts from where this press met the surface.
+                form::SET | form::SET_ALL_OVER => depth -= lower(a, self.deepest) - lower(a, self.past),
                 _ => {}
             }
         }
@@ -77,7 +98,7 @@ impl Memory {
             force = force.max(0.0);
         }
         self.before = inside;
-        self.deepest = self.deepest.max(inside);
+        self.deepest = self.deepest.map(|d| d.max(inside));
         for a in active {
             force = self.read(a, m, force);
         }
@@ -89,6 +110,7 @@ impl Memory {
     fn material(&mut self, a: &Active, m: &Moment, depth: f64, inside: f64, moved: f64) -> f64 {
         let (v, k, s) = (a.values, self.stiffness, self.scale);
         let touching = inside > 0.0;
+        let used = |deepest: f64| -k * inside * v[0] * ((deepest - inside) / s).clamp(0.0, 1.0);
         match a.law.form {
             form::CURVED => k * inside * v[0] * inside / s,
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
@@ -105,11 +127,12 @@ impl Memory {
                 if touching { v[0] * self.loop_state } else { 0.0 }
             }
             form::GUIDE if touching => v[0] * (m.rate / 1e-4).tanh(),
-            form::MULLINS if inside < self.deepest => -k * inside * v[0] * ((self.deepest - inside) / s).min(1.0),
+            form::MULLINS => used(self.deepest[0]),
+            form::MULLINS_ALL_OVER => used(self.deepest[1]),
             form::SNAP if touching => -v[0] * (-((inside - v[1]) / v[2].exp()).powi(2) / 2.0).exp(),
-            form::PRELOAD if touching => v[0],
+            form::PRELOAD if touching => v[0] * (1.0 - (-inside / v[1].exp()).exp()),
             form::DRIFT => k * inside * v[0] * m.time,
-            form::ADHESION if m.rate < 0.0 && self.deepest > 0.0 => -v[0] * (-depth.abs() / 3e-4).exp(),
+            form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / 3e-4).exp(),
             _ => 0.0,
         }
     }
@@ -144,7 +167,7 @@ fn law(
 ) -> Law {
     let count = amplitudes.len();
     let parameters = amplitudes.into_iter().chain(shapes).collect();
-    let sensor = form >= form::BIAS;
+    let sensor = (form::BIAS..=form::LAG).contains(&form);
     let place = if sensor { "sensor" } else { "body" }.into();
     Law {
         cause,
@@ -160,7 +183,8 @@ fn law(
 /// Every law that presses can show.
 pub fn press_laws(presses: &Presses) -> Vec<Law> {
     let mut laws = curve_laws(presses.deepest.max(1e-5));
-    laws.extend(history_laws(presses.deepest.max(1e-5)));
+    laws.extend(history_laws());
+    laws.extend(memory_laws(presses.deepest.max(1e-5)));
     laws.extend(sensor_laws(presses));
     laws
 }
@@ -219,20 +243,55 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
             notches,
             "the force drops at one depth",
         ),
-        plain(
+        law(
             "preload",
             form::PRELOAD,
-            Parameter::amplitude("F0", "N", 0.5),
+            vec![Parameter::positive("F0", "N", 0.5)],
+            // The tip of the finger and what holds the thing back give a little.
+            vec![Parameter::scale("over", "m", 5e-5, 0.8)],
+            logs(&[2e-5, 1e-4]),
             "the force steps up at first contact",
         ),
     ]
 }
 
-fn history_laws(deepest: f64) -> Vec<Law> {
-    let yields = Parameter {
+/// What a deep press leaves behind, at its spot or, under a stiff skin, all over.
+fn memory_laws(deepest: f64) -> Vec<Law> {
+    let yields = || Parameter {
         low: 0.0,
         ..Parameter::place("uy", 0.3 * deepest, 0.3 * deepest)
     };
+    let share = || Parameter {
+        high: 0.95,
+        ..Parameter::positive("a", "1", 0.2)
+    };
+    let set = |form| {
+        law(
+            "plastic-set",
+            form,
+            vec![share()],
+            vec![yields()],
+            vec![vec![0.0], vec![0.3 * deepest], vec![0.6 * deepest]],
+            "the surface stays lower after a deep press",
+        )
+    };
+    let used = |form| {
+        plain(
+            "softening-by-use",
+            form,
+            share(),
+            "where it was pressed before it is softer",
+        )
+    };
+    vec![
+        set(form::SET),
+        set(form::SET_ALL_OVER),
+        used(form::MULLINS),
+        used(form::MULLINS_ALL_OVER),
+    ]
+}
+
+fn history_laws() -> Vec<Law> {
     vec![
         plain(
             "elastic-damping",
@@ -249,17 +308,6 @@ fn history_laws(deepest: f64) -> Vec<Law> {
             "the force sinks while the tool stands still",
         ),
         law(
-            "plastic-set",
-            form::SET,
-            vec![Parameter {
-                high: 0.95,
-                ..Parameter::positive("a", "1", 0.2)
-            }],
-            vec![yields],
-            vec![vec![0.0], vec![0.3 * deepest], vec![0.6 * deepest]],
-            "the surface stays lower after a deep press",
-        ),
-        law(
             "elastic-hysteresis",
             form::HYSTERESIS,
             vec![Parameter::positive("A", "N", 0.5)],
@@ -272,15 +320,6 @@ fn history_laws(deepest: f64) -> Vec<Law> {
             form::GUIDE,
             Parameter::positive("Fc", "N", 0.4),
             "a constant friction opposes going in and coming out",
-        ),
-        plain(
-            "softening-by-use",
-            form::MULLINS,
-            Parameter {
-                high: 0.95,
-                ..Parameter::positive("a", "1", 0.2)
-            },
-            "where it was pressed before it is softer",
         ),
         plain(
             "stiffness-drift",

@@ -1,11 +1,11 @@
 //! Presses as the ladder of laws sees them: force into the support against how far the tool went in, sample by sample.
 
-use nalgebra::Point3;
+use nalgebra::{Point2, Point3, Vector2};
 
 use super::Quantity;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::predict::Scene;
-use super::press_laws::{Memory, press_laws};
+use super::press_laws::{Memory, press_laws, sunk};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
@@ -17,6 +17,10 @@ const BIN: f64 = 0.05;
 const EVEN: f64 = 0.01;
 /// Presses closer than this are at the same spot, m.
 const SPOT: f64 = 0.006;
+/// How well one press tells where the surface is, m.
+const SURFACE: f64 = 5e-5;
+/// Log standard deviation of a body's stiffness, and of that of a spot about it.
+const STIFF: [f64; 2] = [0.5, 0.08];
 
 /// One moment of a press.
 #[derive(Clone, Debug)]
@@ -35,12 +39,18 @@ pub struct Moment {
 pub struct Presses {
     sheet: Sheet,
     moments: Vec<Vec<Moment>>,
-    /// Which log stiffness scales a group.
+    /// Spot and body of each group.
     spots: Vec<usize>,
-    /// Stiffness of each spot in the twin, N/m.
+    bodies: Vec<usize>,
+    /// Stiffness of each body in the twin, N/m.
     stiffness: Vec<f64>,
-    /// Deepest earlier press at the same spot, m.
-    past: Vec<f64>,
+    /// Deepest earlier press at the same spot, and anywhere on the body, m.
+    past: Vec<[f64; 2]>,
+    /// Where each body was pressed first, and each group from there, m.
+    middles: Vec<Point2<f64>>,
+    places: Vec<Vector2<f64>>,
+    /// How many spots there are.
+    all_spots: usize,
     /// Deepest press of all, m.
     pub deepest: f64,
     /// Largest force of all, N.
@@ -58,7 +68,12 @@ struct Read {
     force: Vec<f64>,
     travel: Vec<f64>,
     noise: f64,
+    /// Travel at which the tool met the surface, m.
+    contact: f64,
 }
+
+/// Seconds of one sample where the surface is looked for.
+const FINE: f64 = 0.008;
 
 impl Read {
     fn of(scene: &Scene) -> Option<Self> {
@@ -79,6 +94,10 @@ impl Read {
             })
             .collect();
         let deepest = (0..down.len()).max_by(|a, b| down[*a].total_cmp(&down[*b]))?;
+        let (fine, felt, fine_noise) = scene.raw_force(FINE)?;
+        let felt: Vec<f64> = felt.iter().map(|f| -f.dot(&up)).collect();
+        let rises = rise(&felt, fine_noise?)?;
+        let contact = interpolate(&action.tool.time, &down, fine[rises.0])? - rises.1 / stiffness;
         Some(Self {
             interaction: scene.interaction.name.clone(),
             held_out: scene.interaction.held_out,
@@ -89,22 +108,39 @@ impl Read {
             force,
             travel,
             noise: noise?,
+            contact,
         })
-    }
-
-    /// Travel at which the force began to rise, m.
-    fn contact(&self) -> Option<f64> {
-        let peak = self.force.iter().copied().fold(0.0, f64::max);
-        let rest: Vec<f64> = self.force.iter().take_while(|f| **f < 0.3 * peak).copied().collect();
-        let tare = median(&rest[..rest.len().div_ceil(2)]).unwrap_or(0.0);
-        let floor = (5.0 * self.noise).max(0.01 * peak);
-        let felt = |i: &usize| (0..3).all(|k| self.force.get(i + k).is_some_and(|f| f - tare > floor));
-        let i = (0..self.force.len()).find(felt)?;
-        Some(self.travel[i] - (self.force[i] - tare) / self.stiffness)
     }
 }
 
+/// Where a force begins to rise for good, and what it is there above the tare, N.
+fn rise(force: &[f64], noise: f64) -> Option<(usize, f64)> {
+    let peak = force.iter().copied().fold(0.0, f64::max);
+    let rest: Vec<f64> = force.iter().take_while(|f| **f < 0.3 * peak).copied().collect();
+    let tare = median(&rest[..rest.len().div_ceil(2)]).unwrap_or(0.0);
+    let floor = (5.0 * noise).max(0.01 * peak);
+    let felt = |i: &usize| (0..4).all(|k| force.get(i + k).is_some_and(|f| f - tare > floor));
+    let i = (0..force.len()).find(felt)?;
+    // A force that jumps up has met the surface there; what is more than the floor is not traced back.
+    Some((i, (force[i] - tare).min(2.0 * floor)))
+}
+
+/// Bodies and spots that were pressed so far, with how deep.
+#[derive(Default)]
+struct Known {
+    bodies: Vec<(String, f64)>,
+    spots: Vec<(usize, Point3<f64>, f64)>,
+    /// Where the tool met each body at first, m.
+    levels: Vec<f64>,
+}
+
 impl Presses {
+    /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.
+    pub fn rounded(mut self, lost: f64) -> Self {
+        self.sheet.kinds.iter_mut().for_each(|k| k.sigma = k.sigma.hypot(lost));
+        self
+    }
+
     /// What a capture has of them; nothing where none was measured.
     pub fn new(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<Self> {
         let mut reads: Vec<Read> = Vec::new();
@@ -148,41 +184,65 @@ impl Presses {
                         nuisance: false,
                         step: 1e-4,
                     },
+                    Scatter {
+                        tau: 1.5e-4,
+                        counts: 3.0,
+                        floor: 2e-5,
+                        nuisance: true,
+                        step: 1e-7,
+                    },
                 ],
                 ..Sheet::default()
             },
             moments: Vec::new(),
             spots: Vec::new(),
+            bodies: Vec::new(),
             stiffness: Vec::new(),
             past: Vec::new(),
+            middles: Vec::new(),
+            places: Vec::new(),
+            all_spots: 0,
             deepest: 0.0,
             largest: 0.0,
         };
-        let mut known: Vec<(String, Point3<f64>, f64)> = Vec::new();
+        let mut known = Known::default();
         let mut noise = Vec::new();
         for read in &reads {
-            let Some(contact) = read.contact() else { continue };
-            out.add(read, contact, zero, &mut known);
+            out.add(read, zero, &mut known);
             noise.push(read.noise);
         }
         let sigma = median(&noise)?.max(1e-4);
-        out.sheet.kinds = vec![ChannelKind {
-            quantity: Quantity::Force,
+        let kind = |quantity, sigma, jitter| ChannelKind {
+            quantity,
             sigma,
-            jitter: 0.12,
-        }];
-        out.sheet.base = out
-            .stiffness
-            .iter()
-            .map(|_| Parameter::amplitude("log_stiffness", "1", 0.5))
+            jitter,
+        };
+        out.sheet.kinds = vec![
+            kind(Quantity::Force, sigma, 0.12),
+            kind(Quantity::Position, SURFACE, 0.0),
+        ];
+        let of = |count: usize, sd: f64| (0..count).map(move |_| Parameter::amplitude("log_stiffness", "1", sd));
+        out.sheet.base = of(out.stiffness.len(), STIFF[0])
+            .chain(of(known.spots.len(), STIFF[1]))
             .collect();
+        // Where the tool met each body at first, and the slope of its face.
+        for level in &known.levels {
+            out.sheet.base.push(Parameter {
+                unit: "m",
+                ..Parameter::place("surface", *level, 0.01)
+            });
+            out.sheet
+                .base
+                .extend([0, 1].map(|_| Parameter::amplitude("slope", "1", 0.05)));
+        }
         // Path and force of the tool are read by different instruments.
         out.sheet.base.push(Parameter::amplitude("delay", "s", 0.003));
         out.sheet.laws = press_laws(&out);
         Some(out)
     }
 
-    fn add(&mut self, read: &Read, contact: f64, zero: f64, known: &mut Vec<(String, Point3<f64>, f64)>) {
+    fn add(&mut self, read: &Read, zero: f64, known: &mut Known) {
+        let contact = read.contact;
         let n = read.time.len();
         let rate = |i: usize| {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
@@ -200,16 +260,21 @@ impl Presses {
             .map(|i| read.force[i])
             .collect();
         let reached = moments.iter().map(|m| m.depth).fold(0.0, f64::max);
-        let spot = known
-            .iter()
-            .position(|k| k.0 == read.target && (k.1.xy() - read.at.xy()).norm() < SPOT);
-        let spot = spot.unwrap_or_else(|| {
-            known.push((read.target.clone(), read.at, 0.0));
+        let body = known.bodies.iter().position(|b| b.0 == read.target).unwrap_or_else(|| {
+            known.bodies.push((read.target.clone(), 0.0));
             self.stiffness.push(read.stiffness);
-            known.len() - 1
+            known.levels.push(contact);
+            self.middles.push(read.at.xy());
+            known.bodies.len() - 1
         });
-        self.past.push(known[spot].2);
-        known[spot].2 = known[spot].2.max(reached);
+        let near = |s: &(usize, Point3<f64>, f64)| s.0 == body && (s.1.xy() - read.at.xy()).norm() < SPOT;
+        let spot = known.spots.iter().position(near).unwrap_or_else(|| {
+            known.spots.push((body, read.at, 0.0));
+            known.spots.len() - 1
+        });
+        self.past.push([known.spots[spot].2, known.bodies[body].1]);
+        known.spots[spot].2 = known.spots[spot].2.max(reached);
+        known.bodies[body].1 = known.bodies[body].1.max(reached);
         self.deepest = self.deepest.max(reached);
         self.largest = force.iter().copied().fold(self.largest, f64::max);
         let starts: Vec<bool> = (0..moments.len())
@@ -219,20 +284,30 @@ impl Presses {
             .map(|i| if starts[i] { 0.0 } else { force[i] - force[i - 1] })
             .collect();
         let aside = force.iter().map(|f| EVEN * f.abs()).collect();
-        let channel = Channel {
+        let loads = Channel {
             kind: 0,
             measured: force,
             starts,
             change,
             aside,
         };
+        let surface = Channel {
+            kind: 1,
+            measured: vec![contact],
+            starts: vec![true],
+            change: vec![0.0],
+            aside: vec![0.0],
+        };
         self.sheet.groups.push(Group {
             name: read.interaction.clone(),
             held_out: read.held_out,
-            channels: vec![channel],
+            channels: vec![loads, surface],
         });
         self.moments.push(moments);
         self.spots.push(spot);
+        self.bodies.push(body);
+        self.places.push(read.at.xy() - self.middles[body]);
+        self.all_spots = known.spots.len();
     }
 }
 
@@ -242,13 +317,18 @@ impl Family for Presses {
     }
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {
-        let spot = self.spots[group];
-        let stiffness = self.stiffness[spot] * (base[spot] + scatter[2]).exp();
+        let (body, bodies) = (self.bodies[group], self.stiffness.len());
+        let level = base[body] + base[bodies + self.spots[group]] + scatter[2];
+        let stiffness = self.stiffness[body] * level.exp();
         let mut memory = Memory::new(stiffness, self.deepest, self.past[group]);
         let read = self.moments[group]
             .iter()
-            .map(|m| memory.force(m, scatter[0] + base[self.stiffness.len()] * m.rate, active));
-        read.map(|f| f + scatter[1]).collect()
+            .map(|m| memory.force(m, scatter[0] + base[base.len() - 1] * m.rate, active));
+        let mut out: Vec<f64> = read.map(|f| f + scatter[1]).collect();
+        let face = &base[bodies + self.all_spots + 3 * body..][..3];
+        let slope = Vector2::new(face[1], face[2]).dot(&self.places[group]);
+        out.push(face[0] + slope + sunk(self.past[group], active) + scatter[3]);
+        out
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
@@ -256,7 +336,7 @@ impl Family for Presses {
             let each = self.moments[group]
                 .iter()
                 .map(|m| if m.depth > 0.0 { value(m) } else { f64::NAN });
-            each.collect::<Vec<f64>>()
+            each.chain([f64::NAN]).collect::<Vec<f64>>()
         };
         vec![
             ("depth", "m", of(&|m| m.depth)),

@@ -151,6 +151,27 @@ fn history_laws() -> Vec<Law> {
             logs(&[5e-4, 1.5e-3, 4e-3]),
             "the very first displacement needs more force than any later one",
         ),
+        law(
+            "loose-mass",
+            "body",
+            form::LOOSE_MASS,
+            vec![Parameter {
+                high: 0.9,
+                ..positive("share", "1", 0.3)
+            }],
+            vec![
+                Parameter::scale("rate", "rad/s", 25.0, 0.5),
+                Parameter {
+                    high: 0.7f64.ln(),
+                    ..Parameter::scale("damping_ratio", "1", 0.1, 0.8)
+                },
+            ],
+            [12.0f64, 18.0, 25.0, 35.0, 50.0]
+                .iter()
+                .map(|w| vec![w.ln(), 0.1f64.ln()])
+                .collect(),
+            "something inside follows late and swings",
+        ),
     ]
 }
 

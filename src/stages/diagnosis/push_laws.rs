@@ -31,6 +31,7 @@ pub mod form {
     pub const SATURATION: usize = 21;
     pub const RATE_STATE: usize = 22;
     pub const HIDDEN_BODY: usize = 23;
+    pub const LOOSE_MASS: usize = 24;
 }
 
 /// Multiplies friction.
@@ -76,6 +77,48 @@ pub fn pushed_along(active: &Active, s: &State, reached: &mut f64, force: &mut f
 
 /// Length over which a thing in the way is met, m.
 const MEETS: f64 = 1.5e-3;
+
+/// Force along the motion, N, by which a part of the mass that hangs on a spring and a damper (share of the mass, rate, damping
+/// ratio) lags behind: it answers every change of the body's speed and rings. `load` is the weight, N.
+///
+/// To a unit step of speed: `m2 w exp(-z w t) (2 z cos(wd t) + (1 - 2 z²)/sqrt(1 - z²) sin(wd t))`, `wd = w sqrt(1 - z²)`,
+/// the force of the spring and the damper of `y'' + 2 z w y' + w² y = 0` with `y'(0) = -1`.
+pub fn loose(active: &Active, states: &[State], i: usize, load: f64) -> f64 {
+    let s = &states[i];
+    if active.law.form != form::LOOSE_MASS || !s.contact {
+        return 0.0;
+    }
+    let (share, rate, ratio) = (
+        active.values[0],
+        active.values[1].exp(),
+        active.values[2].exp().min(0.9),
+    );
+    let damped = (1.0 - ratio * ratio).sqrt();
+    let answer = |t: f64| {
+        let (sin, cos) = (rate * damped * t).sin_cos();
+        rate * (-ratio * rate * t).exp() * (2.0 * ratio * cos + (1.0 - 2.0 * ratio * ratio) / damped * sin)
+    };
+    let at = |t: f64| {
+        let (mut before, mut force) = (0.0, 0.0);
+        let mut last: Option<&State> = None;
+        for past in states[..=i].iter().filter(|p| p.contact) {
+            let when = last.map_or(0.0, |l| 0.5 * (l.since + past.since));
+            if when < t {
+                force += (past.speed - before) * answer(t - when);
+            }
+            (before, last) = (past.speed, Some(past));
+        }
+        force
+    };
+    // The mean over the stretch.
+    let mean = (0..STRETCH).map(|k| at(s.since + s.span * ((k as f64 + 0.5) / STRETCH as f64 - 0.5)));
+    share * load / GRAVITY * mean.sum::<f64>() / STRETCH as f64
+}
+
+/// Moments of a stretch over which its force is averaged.
+const STRETCH: usize = 5;
+/// Weight per mass, m/s².
+const GRAVITY: f64 = 9.81;
 
 /// Unit direction of a law that has an angle for its first shape parameter.
 pub fn way_of(active: &Active) -> Vector2<f64> {

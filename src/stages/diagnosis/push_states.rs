@@ -39,6 +39,9 @@ pub struct State {
     pub contact: bool,
     /// The first push of this body in the capture.
     pub first: bool,
+    /// Seconds since the tool met the body, and how long the stretch lasts that this stands for.
+    pub since: f64,
+    pub span: f64,
     /// Slip since this push began, m.
     pub slip: f64,
     /// Slip since the capture began, m.
@@ -226,6 +229,8 @@ fn moments(
             wait: past.wait,
             contact,
             first: past.first,
+            since: t - onset,
+            span: 0.0,
             slip: slid,
             worn: past.worn + slid,
             speed: moment.speed,
@@ -307,6 +312,8 @@ fn windows(
             / n;
         out.0.push(State {
             time: mean(&|s| s.time),
+            since: mean(&|s| s.since),
+            span: states[to - 1].time - states[from].time,
             slip: mean(&|s| s.slip),
             worn: mean(&|s| s.worn),
             speed: mean(&|s| s.speed),

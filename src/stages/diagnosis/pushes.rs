@@ -105,6 +105,12 @@ impl Pushes {
         Some(out)
     }
 
+    /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.
+    pub fn rounded(mut self, lost: f64) -> Self {
+        self.sheet.kinds.iter_mut().for_each(|k| k.sigma = k.sigma.hypot(lost));
+        self
+    }
+
     /// Median force of the plain model, N.
     fn scale(&self) -> f64 {
         let forces: Vec<f64> = self
@@ -223,6 +229,7 @@ impl Family for Pushes {
                 push_laws::table(a, s, load, &mut table);
                 push_laws::offset(a, s, &along, &self.plane, &mut offset);
                 push_laws::viscous(a, s, &mut viscous);
+                viscous += push_laws::loose(a, states, i, load);
             }
             let force = if s.contact {
                 held(&(s.force * (level * share) + s.heading * (viscous + s.inertia)), &table)
@@ -255,6 +262,10 @@ impl Family for Pushes {
             return f64::INFINITY;
         }
         ONE_TRY + (self.sheet.laws[law].grid.len().max(1) as f64).ln()
+    }
+
+    fn unforeseen(&self) -> f64 {
+        self.sheet.scatter[0].tau * self.scale()
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {

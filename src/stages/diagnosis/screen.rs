@@ -12,6 +12,9 @@ const WORTH: f64 = 2.0;
 /// How many laws are fitted in full.
 const FITTED: usize = 12;
 
+/// How far the base may make room for a law before the fit, standard deviations.
+const ROOM: f64 = 8.0;
+
 /// A law with its full fit.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -102,8 +105,10 @@ fn score(family: &dyn Family, base: &Fit, law: usize, shape: &[f64]) -> Option<(
         h += state.information;
         g += state.gradient;
     }
+    // The prior pulls at what the base has taken of an effect: what a parameter of the base can feign shows only there.
     for k in 0..b {
         h[(k, k)] += priors[k].sd.powi(-2);
+        g[k] -= (theta[k] - priors[k].centre) / priors[k].sd.powi(2);
     }
     let hbb = Cholesky::new(h.view((0, 0), (b, b)).into_owned())?;
     let hba = h.view((0, b), (b, a)).into_owned();
@@ -126,7 +131,7 @@ fn score(family: &dyn Family, base: &Fit, law: usize, shape: &[f64]) -> Option<(
     let room = hbb.solve(&(g.rows(0, b) - &hba * &amplitude));
     for k in 0..b {
         let p = &priors[k];
-        theta[k] = (theta[k] + room[k].clamp(-p.sd, p.sd)).clamp(p.low, p.high);
+        theta[k] = (theta[k] + room[k].clamp(-ROOM * p.sd, ROOM * p.sd)).clamp(p.low, p.high);
     }
     let usable: f64 = (0..a).map(|k| theta[b + k] * rest[k]).sum();
     Some((0.5 * usable, theta))

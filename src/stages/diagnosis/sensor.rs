@@ -13,6 +13,11 @@ pub fn sensor_findings(faults: &SensorFaults) -> Vec<Finding> {
     strays.into_iter().chain(faults.rounding.map(rounding)).collect()
 }
 
+/// Standard deviation of what rounding takes from a force, N.
+pub fn rounded_away(faults: &SensorFaults) -> f64 {
+    faults.rounding.map_or(0.0, |(step, _)| step / 12.0_f64.sqrt())
+}
+
 fn strays(found: &Strays) -> Finding {
     let share = found.count as f64 / found.of as f64;
     let sd = (found.count as f64).sqrt() / found.of as f64;

@@ -85,7 +85,13 @@ fn noisy(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
 }
 
 fn scattered(family: &dyn Family, full: &Fit) -> Option<Evidence> {
-    let ratios = family.scatter().iter().zip(&full.noise.tau).map(|(s, tau)| tau / s.tau);
+    // Where a surface begins and a tare are new every time, whatever the causes are.
+    let levels = family
+        .scatter()
+        .iter()
+        .zip(&full.noise.tau)
+        .filter(|(s, _)| !s.nuisance);
+    let ratios = levels.map(|(s, tau)| tau / s.tau);
     let ratio = ratios.max_by(f64::total_cmp).filter(|r| *r > SCATTERED)?;
     let n = full.groups.len() as f64;
     Some(evidence(

@@ -198,6 +198,11 @@ fn read_one(
     }
 }
 
+/// Whether nothing but the link moved, and it hangs on no joint.
+pub(super) fn alone(interaction: &Interaction, cut: &Segmented, link: &str, twin: &Twin) -> bool {
+    matches!(company(interaction, cut, link, twin), Company::Alone)
+}
+
 /// Who else moved.
 enum Company {
     Alone,

@@ -77,7 +77,7 @@ fn write_link(
 }
 
 /// What the shape says of how a link coasts.
-fn shapes(model: &Model, befores: &BTreeMap<String, Before>, ground: &Ground) -> BTreeMap<String, Shape> {
+pub(super) fn shapes(model: &Model, befores: &BTreeMap<String, Before>, ground: &Ground) -> BTreeMap<String, Shape> {
     let of = |(name, before): (&String, &Before)| {
         let link = model.twin.link(name)?;
         let normal = link.pose.rotation.inverse() * ground.plane.normal;
@@ -87,7 +87,7 @@ fn shapes(model: &Model, befores: &BTreeMap<String, Before>, ground: &Ground) ->
 }
 
 /// What is known beforehand of every link.
-fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMap<String, Before<'a>>> {
+pub(super) fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMap<String, Before<'a>>> {
     let support = capture.support.as_ref();
     let mut out = BTreeMap::new();
     for (_, link) in model.twin.links() {

@@ -61,22 +61,37 @@ pub(super) fn shoved(
     shape: &Shape,
     config: &Config,
 ) -> Option<Accelerated> {
+    let (whole, _) = shoved_whole(interaction, segmented, link, ground, shape, config, LATE)?;
+    (whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0).then_some(whole)
+}
+
+/// The same, however little they show, and how much later than the track the force is read, s, with its standard deviation; it
+/// is expected within `late` (1 sd), s.
+pub(super) fn shoved_whole(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    shape: &Shape,
+    config: &Config,
+    late: f64,
+) -> Option<(Accelerated, (f64, f64))> {
     let run = run_of(interaction, segmented, link, ground, shape)?;
-    let fit = fit(&run, shape)?;
+    let fit = fit(&run, shape, late)?;
     let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
     let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
     let form = config.model_form.hypot(FORM * (misfit - 1.0).max(0.0).sqrt());
     let sds = [0, 1].map(|k| (fit.sd(k) * wide).hypot(form));
     let shared = fit.covariance[(0, 1)] * wide * wide;
-    let told = sds.iter().all(|s| *s < WORTH) && misfit < MISFIT;
     let [mass, friction] = [0, 1].map(|k| (fit.x[k].exp(), fit.x[k].exp() * sds[k]));
-    told.then(|| Accelerated {
+    let whole = Accelerated {
         interaction: interaction.name.clone(),
         mass,
         friction,
         shared,
-    })
+    };
+    (misfit < MISFIT).then_some((whole, (fit.x[6], fit.sd(6) * wide)))
 }
 
 fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: &Ground, shape: &Shape) -> Option<Run> {
@@ -157,7 +172,7 @@ fn after_blows(stream: &WrenchStream, tare: &Tare, plane: &Plane, onset: f64) ->
 
 /// Logarithms of mass and friction force, centre of mass off the centroid (m), logarithms of the radii over those of the
 /// shape, and how much later than the track the force is, s.
-fn fit(run: &Run, shape: &Shape) -> Option<Fit> {
+fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
     let sizes: Vec<f64> = run.shoves.iter().map(|s| s.force.norm()).collect();
     let strong = quantile(&sizes, 0.95)?;
     let typical = median(&sizes.into_iter().filter(|f| *f > 0.1 * strong).collect::<Vec<_>>()).filter(|f| *f > 0.0)?;
@@ -177,14 +192,14 @@ fn fit(run: &Run, shape: &Shape) -> Option<Fit> {
             heading: x[LAW + 4],
             spin: x[LAW + 5],
         };
-        let late: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
-        let path = predict_shoved(&body, &start, &run.shoves, &late);
+        let times: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
+        let path = predict_shoved(&body, &start, &run.shoves, &times);
         let mut out = vec![
             off.x / shape.spread,
             off.y / shape.spread,
             x[4] / RADII[0],
             x[5] / RADII[1],
-            x[6] / LATE,
+            x[6] / late,
         ];
         for (i, seen) in path.iter().enumerate() {
             let miss = (run.position[i] - seen.position) / run.noise.0;

@@ -1,0 +1,185 @@
+//! What fast pushes followed as a whole find: what has to be sped up is not what is weighed; force and track have two clocks.
+
+use std::collections::BTreeMap;
+
+use crate::base::Estimate;
+use crate::math::random_effects;
+use crate::stages::estimation::Inertial;
+use crate::twin::{CauseOdds, Evidence, Finding, Gain, Link, Model};
+
+/// Standard deviations from the plain value from which on it counts, p below 3e-4; and the share from which on.
+const CLEAR: (f64, f64) = (3.6, 0.12);
+/// Share by which the law of fast pushes may miss the mass in all of them alike.
+const FORM: f64 = 0.02;
+/// Scatter from push to push that is expected before any is seen.
+const SCATTER: f64 = 0.03;
+/// Effect size from which on forces hint at a part that swings, too weakly to name it; and its odds then.
+const HINTED: f64 = 2.5;
+const LOOSE: (f64, f64) = (0.4, 0.6);
+/// Scatter of the mass from push to push, and a share of it, that speak for such a part.
+const UNLIKE: f64 = 0.2;
+const FAR: f64 = 1.0;
+/// Doubt of a delay from one push that still tells, s; scatter that is expected, s; standard deviations and least size, s, from
+/// which on there is one.
+const LATE: (f64, f64, f64, f64) = (0.01, 1e-3, 5.0, 6e-3);
+/// Speed at which a delay is told as a way, m/s.
+const PACE: f64 = 0.1;
+/// Pushes that must tell.
+const FEWEST: usize = 2;
+/// A push tells where its own doubt is below this.
+const WORTH: f64 = 0.3;
+
+/// A logarithm that was read from several pushes, over its plain value.
+struct Ratio {
+    mean: f64,
+    sd: f64,
+    /// Standard deviation from push to push.
+    between: f64,
+    from: Vec<String>,
+    /// Root mean squares over the pushes that were not fitted (all where there is none), without and with the mean.
+    left: [f64; 2],
+    held_out: Vec<String>,
+}
+
+impl Ratio {
+    fn of(rows: &[(&Inertial, (f64, f64))]) -> Option<Self> {
+        let telling = || rows.iter().filter(|(_, (_, sd))| *sd < WORTH);
+        let fitted: Vec<_> = telling().filter(|(i, _)| !i.held_out).collect();
+        if fitted.len() < FEWEST {
+            return None;
+        }
+        let (values, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|(_, v)| *v).unzip();
+        let pooled = random_effects(&values, &sds, SCATTER)?;
+        let held: Vec<_> = telling().filter(|(i, _)| i.held_out).collect();
+        let judged = if held.is_empty() { &fitted } else { &held };
+        let rms = |at: f64| {
+            let squares = judged.iter().map(|(_, (v, _))| (v.exp() - at.exp()).powi(2));
+            (squares.sum::<f64>() / judged.len() as f64).sqrt()
+        };
+        Some(Self {
+            mean: pooled.mean,
+            sd: pooled.sd.hypot(FORM),
+            between: pooled.between,
+            from: fitted.iter().map(|(i, _)| i.interaction.clone()).collect(),
+            left: [rms(0.0), rms(pooled.mean)],
+            held_out: held.iter().map(|(i, _)| i.interaction.clone()).collect(),
+        })
+    }
+}
+
+/// Every link that was weighed and pushed fast, and takes more or less than its weight says to be sped up. `swings` is the effect
+/// size of a loose mass in the forces of the same pushes.
+pub fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Finding> {
+    let one = |link: &Link| {
+        let weighed = link
+            .mass
+            .as_ref()
+            .filter(|m| m.is_measured() && m.method.starts_with("lift"))?;
+        let own = all.iter().filter(|i| i.link == link.name);
+        let over = |i: &Inertial| ((i.mass.0 / weighed.value).ln(), i.mass.1 / i.mass.0);
+        let ratio = Ratio::of(&own.map(|i| (i, over(i))).collect::<Vec<_>>())?;
+        let clear = ratio.mean.abs() > CLEAR.0 * ratio.sd && ratio.mean.abs() > CLEAR.1;
+        // Without inertia a force would be off by this share of what stops it, which is friction.
+        let scale = link.friction_force.kinetic.as_ref().map_or(1.0, |f| f.value);
+        clear.then(|| finding(&ratio, &link.name, scale, swings))
+    };
+    model.twin.links().filter_map(|(_, link)| one(link)).collect()
+}
+
+/// That force and track are read at different times, as fast pushes start and stop.
+pub fn delay_finding(all: &[Inertial]) -> Option<Finding> {
+    let told: Vec<&Inertial> = all.iter().filter(|i| i.delay.1 < LATE.0).collect();
+    let fitted: Vec<&&Inertial> = told.iter().filter(|i| !i.held_out).collect();
+    let (values, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|i| i.delay).unzip();
+    let pooled = random_effects(&values, &sds, LATE.1).filter(|_| fitted.len() >= FEWEST)?;
+    let statistic = pooled.mean.abs() / pooled.sd;
+    if statistic < LATE.2 || pooled.mean.abs() < LATE.3 {
+        return None;
+    }
+    let held: Vec<&&Inertial> = told.iter().filter(|i| i.held_out).collect();
+    let rms = |at: f64| {
+        let squares = held.iter().map(|i| (i.delay.0 - at).powi(2)).sum::<f64>();
+        PACE * (squares / held.len().max(1) as f64).sqrt()
+    };
+    let from: Vec<String> = fitted.iter().map(|i| i.interaction.clone()).collect();
+    let (before, after) = (rms(0.0), rms(pooled.mean));
+    // The track is late where the force is early.
+    let tau = Estimate::measured(
+        -pooled.mean,
+        pooled.sd,
+        "s",
+        from.clone(),
+        "fast pushes followed as a whole",
+    );
+    Some(Finding {
+        cause: "time-delay".into(),
+        place: "sensor".into(),
+        probability: 0.95,
+        alternatives: Vec::new(),
+        parameters: BTreeMap::from([("tau".to_owned(), tau)]),
+        evidence: vec![Evidence {
+            residual: format!("way of {}", from.join(", ")),
+            test: "value over its standard deviation".into(),
+            statistic,
+            p_value: (-0.5 * statistic * statistic).exp(),
+            words: format!(
+                "the track is read {:.1} ms {} than the force",
+                1e3 * pooled.mean.abs(),
+                if pooled.mean < 0.0 { "later" } else { "earlier" }
+            ),
+        }],
+        gain: Gain {
+            quantity: "position".into(),
+            rmse_before: before,
+            rmse_after: after,
+            unit: "m".into(),
+            held_out: held.iter().map(|i| i.interaction.clone()).collect(),
+            reduction: if before > 0.0 { 1.0 - after / before } else { 0.0 },
+        },
+    })
+}
+
+fn finding(ratio: &Ratio, place: &str, scale: f64, swings: f64) -> Finding {
+    let factor = ratio.mean.exp();
+    // A part that swings is sped up late: pushes then differ, and the whole seems too heavy by far.
+    let odd = ratio.between > UNLIKE || factor - 1.0 > FAR;
+    let loose = if odd {
+        LOOSE.1
+    } else if swings > HINTED {
+        LOOSE.0
+    } else {
+        0.0
+    };
+    let method = "fast pushes followed as a whole, over the weight";
+    let share = Estimate::measured(factor - 1.0, factor * ratio.sd, "1", ratio.from.clone(), method);
+    let statistic = ratio.mean.abs() / ratio.sd;
+    let [before, after] = ratio.left.map(|r| r * scale);
+    let mut odds = [("added-inertia", 0.95 - loose), ("loose-mass", loose)].map(|(cause, probability)| CauseOdds {
+        cause: cause.into(),
+        probability,
+    });
+    odds.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let [first, second] = odds;
+    Finding {
+        cause: first.cause,
+        place: place.to_owned(),
+        probability: first.probability,
+        alternatives: Some(second).filter(|s| s.probability > 0.0).into_iter().collect(),
+        parameters: BTreeMap::from([("e".to_owned(), share)]),
+        evidence: vec![Evidence {
+            residual: format!("way of {}", ratio.from.join(", ")),
+            test: "value over its standard deviation".into(),
+            statistic,
+            p_value: (-0.5 * statistic * statistic).exp(),
+            words: format!("what has to be sped up is {factor:.2} times what is weighed"),
+        }],
+        gain: Gain {
+            quantity: "force".into(),
+            rmse_before: before,
+            rmse_after: after,
+            unit: "N".into(),
+            held_out: ratio.held_out.clone(),
+            reduction: 1.0 - after / before.max(1e-12),
+        },
+    }
+}

@@ -134,6 +134,45 @@ struct Known {
     levels: Vec<f64>,
 }
 
+impl Known {
+    /// The parameters of the plain model.
+    fn base(&self) -> Vec<Parameter> {
+        let of = |count: usize, sd: f64| (0..count).map(move |_| Parameter::amplitude("log_stiffness", "1", sd));
+        let mut base: Vec<Parameter> = of(self.bodies.len(), STIFF[0])
+            .chain(of(self.spots.len(), STIFF[1]))
+            .collect();
+        // Where the tool met each body at first, and the slope of its face.
+        for level in &self.levels {
+            base.push(Parameter {
+                unit: "m",
+                ..Parameter::place("surface", *level, 0.01)
+            });
+            base.extend([0, 1].map(|_| Parameter::amplitude("slope", "1", 0.05)));
+        }
+        // Path and force of the tool are read by different instruments.
+        base.push(Parameter::amplitude("delay", "s", 0.003));
+        base
+    }
+}
+
+/// What is new in every press: where the surface begins for the force, the tare, the stiffness, and where the tool met it.
+fn scatter() -> Vec<Scatter> {
+    let rows = [
+        (5e-5, 4.0, 5e-6, true, 1e-7),
+        (0.003, 10.0, 0.003, true, 1e-4),
+        (0.01, 10.0, 0.002, false, 1e-4),
+        (1.5e-4, 3.0, 2e-5, true, 1e-7),
+    ];
+    let one = |(tau, counts, floor, nuisance, step)| Scatter {
+        tau,
+        counts,
+        floor,
+        nuisance,
+        step,
+    };
+    rows.into_iter().map(one).collect()
+}
+
 impl Presses {
     /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.
     pub fn rounded(mut self, lost: f64) -> Self {
@@ -162,36 +201,7 @@ impl Presses {
             .fold(f64::INFINITY, f64::min);
         let mut out = Self {
             sheet: Sheet {
-                scatter: vec![
-                    Scatter {
-                        tau: 5e-5,
-                        counts: 4.0,
-                        floor: 5e-6,
-                        nuisance: true,
-                        step: 1e-7,
-                    },
-                    Scatter {
-                        tau: 0.003,
-                        counts: 10.0,
-                        floor: 0.003,
-                        nuisance: true,
-                        step: 1e-4,
-                    },
-                    Scatter {
-                        tau: 0.01,
-                        counts: 10.0,
-                        floor: 0.002,
-                        nuisance: false,
-                        step: 1e-4,
-                    },
-                    Scatter {
-                        tau: 1.5e-4,
-                        counts: 3.0,
-                        floor: 2e-5,
-                        nuisance: true,
-                        step: 1e-7,
-                    },
-                ],
+                scatter: scatter(),
                 ..Sheet::default()
             },
             moments: Vec::new(),
@@ -221,22 +231,7 @@ impl Presses {
             kind(Quantity::Force, sigma, 0.12),
             kind(Quantity::Position, SURFACE, 0.0),
         ];
-        let of = |count: usize, sd: f64| (0..count).map(move |_| Parameter::amplitude("log_stiffness", "1", sd));
-        out.sheet.base = of(out.stiffness.len(), STIFF[0])
-            .chain(of(known.spots.len(), STIFF[1]))
-            .collect();
-        // Where the tool met each body at first, and the slope of its face.
-        for level in &known.levels {
-            out.sheet.base.push(Parameter {
-                unit: "m",
-                ..Parameter::place("surface", *level, 0.01)
-            });
-            out.sheet
-                .base
-                .extend([0, 1].map(|_| Parameter::amplitude("slope", "1", 0.05)));
-        }
-        // Path and force of the tool are read by different instruments.
-        out.sheet.base.push(Parameter::amplitude("delay", "s", 0.003));
+        out.sheet.base = known.base();
         out.sheet.laws = press_laws(&out);
         Some(out)
     }

@@ -11,6 +11,7 @@ use super::pushes::Pushes;
 pub fn push_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
     let mut laws = friction_laws();
     laws.extend(history_laws());
+    laws.push(loose_mass());
     laws.extend(local_laws(pushes, scale));
     laws.extend(far_laws(pushes, scale));
     laws.extend(sensor_laws(pushes, scale));
@@ -151,28 +152,32 @@ fn history_laws() -> Vec<Law> {
             logs(&[5e-4, 1.5e-3, 4e-3]),
             "the very first displacement needs more force than any later one",
         ),
-        law(
-            "loose-mass",
-            "body",
-            form::LOOSE_MASS,
-            vec![Parameter {
-                high: 0.9,
-                ..positive("share", "1", 0.3)
-            }],
-            vec![
-                Parameter::scale("rate", "rad/s", 25.0, 0.5),
-                Parameter {
-                    high: 0.7f64.ln(),
-                    ..Parameter::scale("damping_ratio", "1", 0.1, 0.8)
-                },
-            ],
-            [12.0f64, 18.0, 25.0, 35.0, 50.0]
-                .iter()
-                .map(|w| vec![w.ln(), 0.1f64.ln()])
-                .collect(),
-            "something inside follows late and swings",
-        ),
     ]
+}
+
+/// A part of the mass on a spring and a damper.
+fn loose_mass() -> Law {
+    law(
+        "loose-mass",
+        "body",
+        form::LOOSE_MASS,
+        vec![Parameter {
+            high: 0.9,
+            ..Parameter::positive("share", "1", 0.3)
+        }],
+        vec![
+            Parameter::scale("rate", "rad/s", 25.0, 0.5),
+            Parameter {
+                high: 0.7f64.ln(),
+                ..Parameter::scale("damping_ratio", "1", 0.1, 0.8)
+            },
+        ],
+        [12.0f64, 18.0, 25.0, 35.0, 50.0]
+            .iter()
+            .map(|w| vec![w.ln(), 0.1f64.ln()])
+            .collect(),
+        "something inside follows late and swings",
+    )
 }
 
 fn sensor_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {

@@ -11,9 +11,10 @@ use crate::twin::{JointKind, Model};
 
 /// Steps to settle; steps in all of a check.
 const SETTLED: usize = 250;
-pub(super) const STEPS: usize = 1000;
-/// Drift, m, after settling, and the way there, m, above which a part does not rest.
+pub(super) const STEPS: usize = 2500;
+/// Drift, m, and turn, rad, after settling, and the way there, m, above which a part does not rest.
 const LATE_DRIFT: f64 = 1e-3;
+const LATE_TURN: f64 = 0.5 * std::f64::consts::PI / 180.0;
 const SETTLING: f64 = 10e-3;
 
 /// What a part did while nothing touched it.
@@ -36,7 +37,8 @@ pub struct RestResult {
 impl RestResult {
     /// Whether the part stays where it is.
     pub fn is_calm(&self) -> bool {
-        self.finite && (self.glides || (self.settling < SETTLING && self.late_drift < LATE_DRIFT))
+        let still = self.late_drift < LATE_DRIFT && self.late_turn < LATE_TURN;
+        self.finite && (self.glides || (self.settling < SETTLING && still))
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::engine::Engine;
-use super::scene::{Part, Scene};
+use super::scene::{Attachment, Part, Scene};
 use crate::twin::{JointKind, Model};
 
 /// Steps to settle; steps in all of a check.
@@ -30,7 +30,8 @@ pub struct RestResult {
     pub late_turn: f64,
     /// It never left the finite numbers.
     pub finite: bool,
-    /// It hangs on a planar joint, whose freedom nothing brakes: where it glides to says nothing.
+    /// It hangs on a planar joint, or on a spherical one without friction, whose freedom nothing brakes: where it glides or
+    /// swings to says nothing.
     pub glides: bool,
 }
 
@@ -81,9 +82,15 @@ pub(super) fn rest_for(scene: &Scene, model: &Model, steps: usize) -> Vec<RestRe
             late_drift: way(&settled[i], &end[i]),
             late_turn: settled[i].1.angle_to(&end[i].1),
             finite: end[i].0.iter().all(|v| v.is_finite()),
-            glides: part.attachment.as_ref().is_some_and(|a| a.kind == JointKind::Planar),
+            glides: part.attachment.as_ref().is_some_and(glides),
         })
         .collect()
+}
+
+/// Whether nothing brakes a joint of several freedoms.
+fn glides(hold: &Attachment) -> bool {
+    let brakes = hold.motions.iter().any(|m| m.friction > 0.0 || m.damping > 0.0);
+    hold.kind == JointKind::Planar || hold.kind == JointKind::Spherical && !brakes
 }
 
 /// Centre of mass and orientation.

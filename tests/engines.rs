@@ -96,3 +96,60 @@ fn an_engine_that_is_not_there_is_told_and_a_capture_that_is_gone_is_asked_for()
     let wrong = palpate(&["check", text(&twin), "--engines", "havok"], None);
     assert_eq!(wrong.status.code(), Some(2));
 }
+
+/// Changes a JSON file.
+fn alter(file: &Path, change: impl FnOnce(&mut Value)) {
+    let mut value: Value = serde_json::from_slice(&std::fs::read(file).expect("a file")).expect("JSON");
+    change(&mut value);
+    std::fs::write(file, serde_json::to_vec(&value).expect("JSON")).expect("written");
+}
+
+/// A twin whose centre of mass is moved by as much as its interval is then said to allow misses the push, and that is found.
+#[test]
+fn a_wrong_number_is_found_to_be_the_reason_and_the_report_shows_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let twin = twin(folder.path());
+    let capture = folder.path().join("capture");
+    alter(&twin.join("twin.json"), |t| {
+        let com = &mut t["bodies"][0]["links"][0]["com"];
+        for k in 0..2 {
+            let moved = com["value"][k].as_f64().expect("a number") + 0.012;
+            com["value"][k] = moved.into();
+            com["sd"][k] = 0.01.into();
+            com["ci95"][k] = vec![moved - 0.02, moved + 0.02].into();
+        }
+    });
+    alter(&capture.join("capture.json"), |c| {
+        let all = c["interactions"].as_array_mut().expect("a list");
+        all.iter_mut()
+            .filter(|i| i["kind"] == "push")
+            .for_each(|i| i["held_out"] = true.into());
+    });
+    let words = ["export", text(&twin), "--to", "mjcf,urdf,glb", "-q"];
+    assert!(palpate(&words, None).status.success());
+    let words = [
+        "check",
+        text(&twin),
+        "--engines",
+        "rapier",
+        "--capture",
+        text(&capture),
+        "--json",
+    ];
+    let done = palpate(&words, None);
+    let report: Value = serde_json::from_slice(&done.stdout).expect("one JSON object");
+    let reason = &report["played"]["reasons"][0];
+    let judged = &reason["judged"][0];
+    assert_eq!(judged["cause"], "doubt", "{reason}");
+    let first = judged["likely"][0][0].as_u64().expect("an index") as usize;
+    let what = reason["sources"][first]["what"].as_str().expect("words");
+    assert!(what.starts_with("centre of mass"), "{reason}");
+
+    // Kept beside the twin, and in the report once however often it is asked for.
+    assert!(twin.join("engines.json").is_file());
+    palpate(&words, None);
+    let page = std::fs::read_to_string(twin.join("report.html")).expect("a report");
+    assert_eq!(page.matches("<section id=\"engines\"").count(), 1);
+    assert_eq!(page.matches("href=\"#engines\"").count(), 1);
+    assert!(page.contains("Why they were missed") && page.contains("centre of mass of"));
+}

@@ -24,7 +24,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("engines", &["base", "geometry", "capture", "twin", "export"]),
     (
         "report",
-        &["base", "math", "capture", "twin", "stages", "pipeline", "export"],
+        &[
+            "base", "math", "capture", "twin", "stages", "pipeline", "export", "engines",
+        ],
     ),
     (
         "recording",

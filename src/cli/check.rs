@@ -7,10 +7,11 @@ use serde::Serialize;
 
 use super::arguments::Common;
 use super::output;
-use crate::base::{Error, Result, Seed, read_text};
+use crate::base::{Error, Result, read_text, write_atomically};
 use crate::capture::{Capture, read_capture};
 use crate::engines::{EngineName, EnginesReport, compare};
 use crate::export::{CheckReport, check as load_again};
+use crate::report::with_engines;
 use crate::twin::{Model, read_twin};
 
 /// The result with engines, for `--json`.
@@ -29,23 +30,45 @@ pub fn check(common: &Common, twin: &Path, engines: &[String], capture: Option<&
     if engines.is_empty() {
         output::result(common, &report.to_string(), &report)?;
     } else {
-        let (model, _) = read_twin(twin)?;
+        let (model, diagnosis) = read_twin(twin)?;
         let capture = match capture {
             Some(folder) => read_capture(folder)?,
             None => beside(twin, &model)?,
         };
-        let played = compare(&capture, &model, twin, &engines, Seed(common.seed))?;
+        let played = compare(&capture, &model, twin, &diagnosis, &engines)?;
         let all = Across {
             check: &report,
             played: &played,
         };
-        output::result(common, &format!("{report}\n\n{played}"), &all)?;
+        let kept = keep(twin, &played)?;
+        output::result(common, &format!("{report}\n\n{played}{kept}"), &all)?;
     }
     Ok(if report.passed() {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(1)
     })
+}
+
+/// The file in the twin's folder that holds what engines made of its capture.
+const PLAYED: &str = "engines.json";
+const REPORT: &str = "report.html";
+
+/// Writes what engines made of the capture beside the twin and into its report, and says where. A folder that may not be
+/// written to is told, and is no failure.
+fn keep(twin: &Path, played: &EnginesReport) -> Result<String> {
+    let mut text = serde_json::to_string_pretty(played).map_err(|e| Error::Failed(e.to_string()))?;
+    text.push('\n');
+    if let Err(why) = write_atomically(&twin.join(PLAYED), text.as_bytes()) {
+        return Ok(format!("not kept beside the twin: {why}\n"));
+    }
+    let page = twin.join(REPORT);
+    let shown = read_text(&page).ok().and_then(|p| with_engines(&p, played));
+    let Some(shown) = shown else {
+        return Ok(format!("kept in {}\n", twin.join(PLAYED).display()));
+    };
+    write_atomically(&page, shown.as_bytes())?;
+    Ok(format!("report: {}#engines\n", page.display()))
 }
 
 /// The capture that the twin was made of, among the folders beside it and above it: known by its name and digest.

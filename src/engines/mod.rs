@@ -2,9 +2,12 @@
 
 mod compare;
 mod outside;
+mod probe;
+mod reason;
 mod recorded;
 mod table;
 
 pub use compare::compare;
 pub use outside::EngineName;
-pub use table::{Doubt, EngineReport, EnginesReport, Outcome, RestRow, Skipped, TouchRow};
+pub use reason::{Cause, Judged, Reason, Source};
+pub use table::{EngineReport, EnginesReport, Outcome, RestRow, Skipped, TouchRow};

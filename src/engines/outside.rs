@@ -48,6 +48,11 @@ impl EngineName {
         }
     }
 
+    /// Whether its contacts yield as the twin says.
+    pub fn yields(self) -> bool {
+        self == Self::Mujoco
+    }
+
     fn script(self) -> Option<&'static str> {
         match self {
             Self::Rapier => None,

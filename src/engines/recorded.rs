@@ -21,9 +21,14 @@ const LEANS: f64 = 0.05;
 /// The same for its height, m.
 const RISES: f64 = 5e-3;
 /// How well the place of a tool's tip is taken to be known, m.
-const TIP: f64 = 1e-3;
+pub(super) const TIP: f64 = 1e-3;
+/// Noise of a motion, m and rad, where the capture states none; and the least that is believed.
+const TRACKED: [f64; 2] = [3e-4, 5e-3];
+const FINEST: [f64; 2] = [1e-4, 1e-3];
 /// Share of the force that is reached in the end above which the tool is felt.
 const FELT: f64 = 0.2;
+/// The same for a press: what the noise of a sensor hardly reaches three times running.
+const TOUCHED: f64 = 0.03;
 /// Friction between tool and thing where none was measured.
 pub const ASSUMED_TOOL_FRICTION: f64 = 0.4;
 
@@ -31,6 +36,8 @@ pub const ASSUMED_TOOL_FRICTION: f64 = 0.4;
 pub struct Recorded {
     /// What is played.
     pub trial: Trial,
+    /// Squeezed against the support: judged by its force, in engines whose contacts yield.
+    pub press: bool,
     /// Never used to fit.
     pub held_out: bool,
     /// No friction against the tool is known; [`ASSUMED_TOOL_FRICTION`] stands for it.
@@ -43,6 +50,10 @@ pub struct Recorded {
     pub shifted: Option<f64>,
     /// Its orientation was tracked.
     pub oriented: bool,
+    /// Away from the table.
+    pub up: UnitVector3<f64>,
+    /// How well its motion is known by the tracks: 1 sd of the place, m, and of the turn, rad.
+    pub noise: [f64; 2],
     /// Seconds from the trial's start and force of the tool on the target, N, world.
     pub force: Vec<(f64, Vector3<f64>)>,
 }
@@ -83,7 +94,14 @@ fn touch(capture: &Capture, model: &Model, interaction: &Interaction, start: &BT
         (Kind::Push | Kind::Pull, Tool { grip: true, .. }) => Hold::Grip,
         (Kind::Push | Kind::Pull, Tool { pin: true, .. }) => Hold::Pin,
         (Kind::Push | Kind::Pull, _) => Hold::Touch,
-        (Kind::Press, _) => return Ok(Err("a press: engines of rigid bodies have no depth to compare")),
+        (
+            Kind::Press,
+            Tool {
+                grip: false,
+                pin: false,
+                ..
+            },
+        ) => Hold::Touch,
         (Kind::Lift, _) => return Ok(Err("a lift: what is held goes where the hand goes in every engine")),
         _ => return Ok(Err("no tool pushed or pulled")),
     };
@@ -108,6 +126,10 @@ fn touch(capture: &Capture, model: &Model, interaction: &Interaction, start: &BT
         Some((name.clone(), standing(&first, pose, &up)))
     });
     let friction = link.friction.tool.as_ref().map(|e| e.value);
+    let press = interaction.kind == Kind::Press;
+    if press && link.stiffness.is_none() {
+        return Ok(Err("a press: how stiff it is was not measured"));
+    }
     let force = force(interaction, zero);
     let mut trial = Trial {
         name: interaction.name.clone(),
@@ -120,14 +142,17 @@ fn touch(capture: &Capture, model: &Model, interaction: &Interaction, start: &BT
         start: placed.collect(),
         present: interaction.tracks.keys().cloned().collect(),
     };
-    let shifted = shift(model, &mut trial, &force)?;
+    let shifted = shift(model, &mut trial, &force, press)?;
     Ok(Ok(Recorded {
         shifted,
+        press,
         held_out: interaction.held_out,
         friction_assumed: friction.is_none() && hold == Hold::Touch,
         before: Pose(before),
         after,
         oriented: track.rotation.iter().any(Option::is_some),
+        up,
+        noise: noise(capture, track),
         force,
         trial,
     }))
@@ -159,6 +184,19 @@ fn last_rest(track: &PoseStream) -> Option<Pose> {
         rotation: track.rotation[from..].to_vec(),
     };
     first_rest(&tail, f64::INFINITY).map(|(pose, _)| Pose(pose))
+}
+
+/// How well means over both ends of a track tell the motion between them: by the stated noise, or where none is by what
+/// a tracker is good for.
+fn noise(capture: &Capture, track: &PoseStream) -> [f64; 2] {
+    let (Some(first), Some(last)) = (track.time.first(), track.time.last()) else {
+        return TRACKED;
+    };
+    let near = |t: &f64, end: &f64| (t - end).abs() < REST;
+    let rows = |end: &f64| track.time.iter().filter(|t| near(t, end)).count().max(1) as f64;
+    let over = (1.0 / rows(first) + 1.0 / rows(last)).sqrt();
+    let stated = [capture.noise.position, capture.noise.rotation];
+    std::array::from_fn(|k| stated[k].map_or(TRACKED[k], |sd| (sd * over).max(FINEST[k])))
 }
 
 /// When the trial begins on the capture's clock, its times from there, and the tool's poses, each the mean over a short
@@ -203,26 +241,28 @@ pub fn swing_twist(turn: &UnitQuaternion<f64>, axis: &UnitVector3<f64>) -> (Unit
 }
 
 /// Moves the tool's way where it would meet the thing more than a millimetre before or after the force says that it did: the
-/// place of a tool's tip is often known less well than that.
-fn shift(model: &Model, trial: &mut Trial, force: &[(f64, Vector3<f64>)]) -> Result<Option<f64>> {
-    let Some(onset) = onset(force).filter(|_| trial.hold == Hold::Touch) else {
+/// place of a tool's tip is often known less well than that. The way of a press is always moved so, since its depth counts.
+fn shift(model: &Model, trial: &mut Trial, force: &[(f64, Vector3<f64>)], press: bool) -> Result<Option<f64>> {
+    let share = if press { TOUCHED } else { FELT };
+    let Some(onset) = onset(force, share).filter(|_| trial.hold == Hold::Touch) else {
         return Ok(None);
     };
-    let Some(shift) = meeting(model, trial, onset)?.filter(|s| s.norm() > TIP) else {
+    let Some(shift) = meeting(model, trial, onset)?.filter(|s| press || s.norm() > TIP) else {
         return Ok(None);
     };
     for pose in &mut trial.path {
         pose.0.translation.vector += shift;
     }
-    Ok(Some(shift.norm()))
+    Ok(Some(shift.norm()).filter(|s| *s > TIP))
 }
 
-/// When the tool begins to be felt, s: three readings together above a fifth of what is reached in the end.
-fn onset(force: &[(f64, Vector3<f64>)]) -> Option<f64> {
+/// When the tool begins to be felt, s: readings over a hundredth of a second (three at least) together above a share of what
+/// is reached in the end.
+fn onset(force: &[(f64, Vector3<f64>)], share: f64) -> Option<f64> {
     let mut sizes: Vec<f64> = force.iter().map(|(_, f)| f.norm()).collect();
     sizes.sort_by(f64::total_cmp);
     let high = sizes.get(sizes.len() * 9 / 10)?;
-    let felt = |rows: &[(f64, Vector3<f64>)]| rows.iter().all(|(_, f)| f.norm() > FELT * high);
+    let felt = |rows: &[(f64, Vector3<f64>)]| rows.iter().all(|(_, f)| f.norm() > share * high);
     force.windows(3).find(|w| felt(w)).map(|w| w[0].0)
 }
 

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::outside::EngineName;
+use super::reason::Reason;
 
 /// Bars: error of the final position over the travel, of the final turn, rad; drift, m, and turn, rad, at rest.
 pub const SHARE: f64 = 0.10;
@@ -24,22 +25,10 @@ pub struct EnginesReport {
     pub rest_seconds: f64,
     /// In the order in which they were asked for.
     pub engines: Vec<EngineReport>,
-    /// How far the twin's own intervals scatter each held-out touch that an engine misses.
-    pub doubts: Vec<Doubt>,
+    /// Why held-out touches were missed, as far as replays tell.
+    pub reasons: Vec<Reason>,
     /// Interactions that were not played, and why.
     pub skipped: Vec<Skipped>,
-}
-
-/// How far a touch scatters in the embedded engine when the twin's numbers are drawn from their intervals; the doubt of the
-/// shape and of where the tool was is not in it.
-#[derive(Clone, Debug, Serialize)]
-pub struct Doubt {
-    /// The interaction.
-    pub interaction: String,
-    /// Root mean square distance of the final centres of mass from their mean, m.
-    pub position: f64,
-    /// Root mean square of their turns from the first draw's, rad.
-    pub turn: f64,
 }
 
 /// What one engine made of it.
@@ -88,6 +77,8 @@ pub struct TouchRow {
     /// By how much the tool's way was shifted along its heading, m, so that it touches when the measured force begins; absent
     /// where that was within a millimetre.
     pub tool_shifted: Option<f64>,
+    /// It is a press, and this engine's contacts do not yield.
+    pub rigid: bool,
     /// What the engine made of it, or why it could not be played.
     pub outcome: Outcome,
 }
@@ -106,11 +97,22 @@ pub enum Outcome {
         relative_error: f64,
         /// Angle between the final orientation and the measured one, rad.
         turn_error: Option<f64>,
+        /// From the measured final orientation to that in the engine, as a rotation vector, rad, world.
+        turned_by: Option<[f64; 3]>,
         /// Root mean square difference of the tool's force over blocks of a quarter second in which the tool moves, N; absent
         /// where no force was measured, and where the tool holds the thing: a rigid grip fights a joint.
         force_rms: Option<f64>,
         /// Root mean square of the measured force over the same blocks, N.
         force_measured: Option<f64>,
+    },
+    /// A press was played: it is judged by its force.
+    Pressed {
+        /// Root mean square difference of the tool's force along the press, N, while it is pressed.
+        force_rms: f64,
+        /// Largest measured force, N.
+        force_peak: f64,
+        /// Force over depth while it is loaded, N/m: in the engine, and as measured.
+        stiffness: Option<[f64; 2]>,
     },
     /// It was not; says why.
     NotPlayed(String),
@@ -126,7 +128,8 @@ pub struct Skipped {
 }
 
 impl TouchRow {
-    /// Whether the final pose is within a tenth of the travel and five degrees of what was measured.
+    /// Whether the final pose is within a tenth of the travel and five degrees of what was measured; of a press, whether the
+    /// force is within a tenth of the largest.
     pub fn within(&self) -> bool {
         match &self.outcome {
             Outcome::Played {
@@ -135,6 +138,9 @@ impl TouchRow {
                 turn_error,
                 ..
             } => (*relative_error <= SHARE || *position_error <= NEAR) && turn_error.is_none_or(|t| t <= TURN),
+            Outcome::Pressed {
+                force_rms, force_peak, ..
+            } => *force_rms <= SHARE * force_peak,
             Outcome::NotPlayed(_) => false,
         }
     }
@@ -148,9 +154,10 @@ impl RestRow {
 }
 
 impl EngineReport {
-    /// How many of the touches for which `which` holds are within the bars, and how many there are.
+    /// How many of the touches for which `which` holds are within the bars, and how many there are; presses in an engine
+    /// whose contacts do not yield are none.
     pub fn count(&self, which: impl Fn(&TouchRow) -> bool) -> (usize, usize) {
-        let mine: Vec<&TouchRow> = self.touches.iter().filter(|t| which(t)).collect();
+        let mine: Vec<&TouchRow> = self.touches.iter().filter(|t| which(t) && !t.rigid).collect();
         (mine.iter().filter(|t| t.within()).count(), mine.len())
     }
 }
@@ -225,6 +232,21 @@ impl fmt::Display for TouchRow {
         }
         match &self.outcome {
             Outcome::NotPlayed(why) => write!(f, "; not played: {why}"),
+            Outcome::Pressed {
+                force_rms,
+                force_peak,
+                stiffness,
+            } => {
+                let share = 100.0 * force_rms / force_peak;
+                write!(
+                    f,
+                    "; pressed with {force_peak:.2} N, force off by {force_rms:.2} N ({share:.1} %)"
+                )?;
+                if let Some([engine, measured]) = stiffness {
+                    write!(f, ", {engine:.0} N/m for {measured:.0} N/m")?;
+                }
+                if self.within() { Ok(()) } else { write!(f, "   FAR") }
+            }
             Outcome::Played {
                 position_error,
                 relative_error,
@@ -257,13 +279,8 @@ impl fmt::Display for EnginesReport {
         for engine in &self.engines {
             write!(f, "{engine}")?;
         }
-        for d in &self.doubts {
-            let (place, turn) = (1e3 * d.position, d.turn.to_degrees());
-            let name = &d.interaction;
-            writeln!(
-                f,
-                "the twin's intervals alone scatter {name} by {place:.2} mm and {turn:.2} degrees (rapier)"
-            )?;
+        for reason in &self.reasons {
+            write!(f, "{reason}")?;
         }
         for s in &self.skipped {
             writeln!(f, "not played: {}: {}", s.interaction, s.why)?;

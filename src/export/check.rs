@@ -40,7 +40,7 @@ pub struct CheckReport {
     pub compared: usize,
     /// What differs; empty where all is well.
     pub problems: Vec<Problem>,
-    /// What each part did in two seconds of rest in the embedded engine.
+    /// What each part did in five seconds of rest in the embedded engine.
     pub rest: Vec<RestResult>,
 }
 
@@ -84,7 +84,7 @@ impl fmt::Display for CheckReport {
     }
 }
 
-/// Loads every export in `folder` again, compares it with `twin.json`, and lets the scene rest for two seconds
+/// Loads every export in `folder` again, compares it with `twin.json`, and lets the scene rest for five seconds
 /// in the embedded engine.
 ///
 /// # Errors

@@ -6,7 +6,7 @@
 use nalgebra::{Point3, Vector3};
 use rapier3d_f64::prelude::{CoefficientCombineRule, ColliderBuilder};
 
-use super::feet::{RADIUS, feet};
+use super::feet::{Corners, RADIUS, feet};
 use super::scene::{Floor, Part};
 use crate::geometry::Mesh;
 use crate::twin::Model;
@@ -19,7 +19,7 @@ const SLIVER: f64 = 1e-12;
 /// All colliders of a part in its frame, its feet among them.
 pub(super) fn colliders(part: &Part, model: &Model, floor: &Floor) -> Vec<ColliderBuilder> {
     let up = part.world_from_part.rotation.inverse() * floor.normal.into_inner();
-    let ring = feet(part, model, Some(floor));
+    let ring = feet(part, model, Some(floor), Corners::Few);
     let mut all: Vec<ColliderBuilder> = ring
         .iter()
         .map(|at| ColliderBuilder::ball(RADIUS).translation(at.coords.into()))

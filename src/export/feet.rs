@@ -18,6 +18,8 @@ use crate::twin::Model;
 const FEET: usize = 8;
 /// Radius of the ring over the torsional radius: 2^(1/4).
 const RING: f64 = 1.189_207_115_002_721;
+/// Directions in which the least rectangle is looked for.
+const TURNS: usize = 90;
 /// Share of the mean distance of the face's edge beyond which a ring says no more than the corners.
 const EDGE: f64 = 0.95;
 /// Radius of a foot, m, and how far it stands out of the face, m.
@@ -28,20 +30,32 @@ const FACE: f64 = 2e-3;
 /// No ring is smaller, m: it would not carry.
 const SMALLEST: f64 = 5e-3;
 
+/// What an engine makes of a face that rests on the table.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Corners {
+    /// It rests on all its corners.
+    All,
+    /// It rests on a few of them.
+    Few,
+}
+
 /// Centres of the feet of a part in its frame; none where its torsional radius is not known, where it does not stand on the
 /// table at the first view, or where it was pressed and found soft.
-pub(super) fn feet(part: &Part, model: &Model, floor: Option<&Floor>) -> Vec<Point3<f64>> {
+///
+/// Where the ring would reach the edge there is none, unless `corners` says that the engine has no face with all its corners:
+/// then the thing stands on the outermost ones, as it does in engines that have them all.
+pub(super) fn feet(part: &Part, model: &Model, floor: Option<&Floor>, corners: Corners) -> Vec<Point3<f64>> {
     let (Some(radius), Some(floor), None) = (part.surface.torsional_radius, floor, part.surface.compliance) else {
         return Vec::new();
     };
     let back = part.world_from_part.rotation.inverse();
     let up = UnitVector3::new_normalize(back * floor.normal.into_inner());
     let meshes = part.hulls.iter().filter_map(|path| model.meshes.get(path));
-    let corners: Vec<Vector3<f64>> = meshes
+    let points: Vec<Vector3<f64>> = meshes
         .flat_map(|m| &m.vertices)
         .map(|v| v.coords + part.link_origin)
         .collect();
-    let lowest = corners.iter().map(|c| c.dot(&up)).fold(f64::INFINITY, f64::min);
+    let lowest = points.iter().map(|c| c.dot(&up)).fold(f64::INFINITY, f64::min);
     let table = (part.world_from_part.inverse() * Point3::from(floor.point))
         .coords
         .dot(&up);
@@ -54,7 +68,7 @@ pub(super) fn feet(part: &Part, model: &Model, floor: Option<&Floor>) -> Vec<Poi
     let third = up.cross(&across);
     let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&across), v.dot(&third));
     let centre = flat(&part.com);
-    let face = corners
+    let face = points
         .iter()
         .filter(|c| c.dot(&up) < lowest + FACE)
         .map(|c| flat(c) - centre);
@@ -66,16 +80,44 @@ pub(super) fn feet(part: &Part, model: &Model, floor: Option<&Floor>) -> Vec<Poi
         Vector2::new(angle.cos(), angle.sin())
     };
     let mean = (0..FEET).map(|k| edge(&outline, &heading(k))).sum::<f64>() / FEET as f64;
-    if RING * radius > EDGE * mean {
-        return Vec::new();
-    }
-    let foot = |k: usize| {
-        let heading = heading(k);
-        let reach = (RING * radius).min(edge(&outline, &heading));
-        let at = centre + heading * reach;
+    let inside = |k: usize| heading(k) * (RING * radius).min(edge(&outline, &heading(k)));
+    let feet: Vec<Vector2<f64>> = match RING * radius <= EDGE * mean {
+        true => (0..FEET).map(inside).collect(),
+        false if corners == Corners::Few => outermost(&outline),
+        false => Vec::new(),
+    };
+    let foot = |at: &Vector2<f64>| {
+        let at = centre + at;
         Point3::from(across * at.x + third * at.y + up.into_inner() * (lowest + RADIUS - OUT))
     };
-    (0..FEET).map(foot).collect()
+    feet.iter().map(foot).collect()
+}
+
+/// The corners of an outline that lie outermost along the diagonals of the least rectangle about it.
+fn outermost(outline: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
+    let extent = |axis: &Vector2<f64>| {
+        let along = outline.iter().map(|p| p.dot(axis));
+        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        high - low
+    };
+    let turned = |k: usize| {
+        let angle = std::f64::consts::FRAC_PI_2 * k as f64 / TURNS as f64;
+        let axis = Vector2::new(angle.cos(), angle.sin());
+        (axis, Vector2::new(-axis.y, axis.x))
+    };
+    let rectangles = (0..TURNS).map(turned).map(|(a, b)| (a, b, extent(&a), extent(&b)));
+    let Some((a, b, long, wide)) = rectangles.min_by(|p, q| (p.2 * p.3).total_cmp(&(q.2 * q.3))) else {
+        return Vec::new();
+    };
+    let mut found: Vec<Vector2<f64>> = Vec::new();
+    for (u, v) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)] {
+        let towards = a * (u / long) + b * (v / wide);
+        let far = outline
+            .iter()
+            .max_by(|p, q| p.dot(&towards).total_cmp(&q.dot(&towards)));
+        found.extend(far.filter(|p| !found.contains(p)).copied());
+    }
+    found
 }
 
 /// The convex outline of points, counterclockwise (Andrew 1979); nothing unless the origin lies within it.
@@ -129,5 +171,7 @@ mod tests {
         let diagonal = Vector2::new(0.5, 0.5).normalize();
         assert!((edge(&square, &diagonal) - 2f64.sqrt()).abs() < 1e-12);
         assert!(outline(corners(3.0)).is_none());
+        let found = outermost(&square);
+        assert!(found.len() == 4 && found.iter().all(|p| (p.norm() - 2f64.sqrt()).abs() < 1e-12));
     }
 }

@@ -6,6 +6,7 @@ use super::ExportNote;
 use super::inertial::{DEFAULT_DENSITY, DEFAULT_MASS, DEFAULT_RADIUS, has_volume, inertial_of};
 use super::names::{Names, sanitised};
 use super::scene::{Attachment, Floor, Motion, Part, Scene, Tree, Weld};
+use super::standing::stand;
 use super::surface::{DEFAULT_FRICTION, surface_of};
 use super::unsayable::unsayable;
 use crate::base::{Error, Estimate, Result};
@@ -45,6 +46,7 @@ pub(super) fn lay_out(model: &Model) -> Result<Scene> {
     name_trees(&mut scene.trees);
     scene.floor = floor_of(model, &mut scene.notes);
     tie(&mut scene, model);
+    stand(&mut scene, model);
     note_defaults(&mut scene);
     scene.notes.extend(unsayable(&scene, model));
     Ok(scene)

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::doubts;
-use super::feet::{RADIUS, feet};
+use super::feet::{Corners, RADIUS, feet};
 use super::inertial::six;
 use super::scene::{Attachment, Motion, Part, Scene, Tree};
 use super::urdf::upright_to;
@@ -15,6 +15,9 @@ const DEFAULT_TORSION: f64 = 0.005;
 const DEFAULT_ROLLING: f64 = 0.0001;
 /// Constant impedance of a contact whose stiffness is stated.
 const IMPEDANCE: f64 = 0.95;
+const SOFT: &str = "0.95 0.95 0.001";
+/// Damping of a soft contact where none was seen, over the critical: a press that shows none must not meet any.
+const LIGHT: f64 = 0.1;
 
 /// The file's text.
 pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
@@ -126,7 +129,7 @@ fn body(scene: &Scene, model: &Model, tree: &Tree, index: usize) -> Element {
         .with("fullinertia", numbers(&six(&part.inertia)));
     body.push(inertial);
     geoms(part).into_iter().for_each(|g| body.push(g));
-    for (k, at) in feet(part, model, scene.floor.as_ref()).iter().enumerate() {
+    for (k, at) in feet(part, model, scene.floor.as_ref(), Corners::All).iter().enumerate() {
         body.push(foot(part, k, at));
     }
     let children =
@@ -190,10 +193,9 @@ fn touching(part: &Part, geom: Element) -> Element {
     match s.compliance {
         None => geom,
         Some((stiffness, damping)) => {
-            let reference = direct_reference(stiffness, damping, part.mass);
+            let reference = direct_reference(stiffness, damping, part.mass, LIGHT);
             // A constant impedance makes the contact's spring linear and equal to the stated one.
-            geom.with("solref", numbers(&reference))
-                .with("solimp", "0.95 0.95 0.001")
+            geom.with("solref", numbers(&reference)).with("solimp", SOFT)
         }
     }
 }
@@ -202,14 +204,38 @@ fn touching(part: &Part, geom: Element) -> Element {
 /// to be four) shows the measured stiffness. In equilibrium a contact's force is `f = k x / ((1 - d) A)` with the
 /// impedance d and `A = 1/m` ("Computation", MuJoCo's documentation: `R = (1 - d)/d A`, `a_ref = -k/d x`), so
 /// one point is given 5/4 of the whole, four are five times it, and both in series the whole. The same holds for
-/// the damping, but that of a contact which rings less than half damped is raised to that: what rests on it would rock
-/// and creep. Where none was measured it is critical.
-fn direct_reference(stiffness: f64, damping: Option<f64>, mass: f64) -> [f64; 2] {
+/// the damping, but one below `least` of the critical is raised to that, and where none was measured it is `least`.
+fn direct_reference(stiffness: f64, damping: Option<f64>, mass: f64, least: f64) -> [f64; 2] {
     let share = 1.25 * (1.0 - IMPEDANCE) / mass;
     // The contact obeys a + b v + k x = 0 whatever it carries.
     let critical = 2.0 * (share * stiffness).sqrt();
-    let b = damping.map_or(critical, |c| (share * c).clamp(0.5 * critical, 10.0 * critical));
+    let b = damping.map_or(least * critical, |c| {
+        (share * c).clamp(least * critical, 10.0 * critical)
+    });
     [-share * stiffness, -b]
+}
+
+/// The contact of a soft part with the table, damped critically: with less, what rests on it would rock and creep. It is
+/// the stiffer of the two in a press, so that a press hardly feels it; the part's own contacts keep what was measured.
+fn resting(part: &Part) -> Vec<Element> {
+    let Some((stiffness, damping)) = part.surface.compliance else {
+        return Vec::new();
+    };
+    let s = &part.surface;
+    let torsion = s.torsional_radius.map_or(DEFAULT_TORSION, |r| r * s.kinetic_friction);
+    let rolling = s.rolling.unwrap_or(DEFAULT_ROLLING);
+    let friction = [s.kinetic_friction, s.kinetic_friction, torsion, rolling, rolling];
+    let reference = direct_reference(stiffness, damping, part.mass, 1.0);
+    let pair = |k: usize| {
+        Element::new("pair")
+            .with("geom1", "support")
+            .with("geom2", format!("{}_hull_{k}", part.name))
+            .with("condim", if s.rolling.is_some() { "6" } else { "3" })
+            .with("friction", numbers(&friction))
+            .with("solref", numbers(&reference))
+            .with("solimp", SOFT)
+    };
+    (0..part.hulls.len()).map(pair).collect()
 }
 
 fn joints(hold: &Attachment) -> Vec<Element> {
@@ -281,6 +307,10 @@ fn contact(scene: &Scene) -> Element {
     }
     for [a, b] in scene.welds.iter().map(|w| w.ends) {
         contact.push(exclude(&scene.part(a).name, &scene.part(b).name));
+    }
+    if scene.floor.is_some() {
+        let pairs = scene.parts().flat_map(|(_, part)| resting(part));
+        pairs.for_each(|p| contact.push(p));
     }
     contact
 }

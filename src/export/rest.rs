@@ -6,14 +6,15 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::engine::Engine;
-use super::scene::{Part, Scene};
+use super::scene::{Attachment, Part, Scene};
 use crate::twin::{JointKind, Model};
 
 /// Steps to settle; steps in all of a check.
 const SETTLED: usize = 250;
-pub(super) const STEPS: usize = 1000;
-/// Drift, m, after settling, and the way there, m, above which a part does not rest.
+pub(super) const STEPS: usize = 2500;
+/// Drift, m, and turn, rad, after settling, and the way there, m, above which a part does not rest.
 const LATE_DRIFT: f64 = 1e-3;
+const LATE_TURN: f64 = 0.5 * std::f64::consts::PI / 180.0;
 const SETTLING: f64 = 10e-3;
 
 /// What a part did while nothing touched it.
@@ -29,14 +30,16 @@ pub struct RestResult {
     pub late_turn: f64,
     /// It never left the finite numbers.
     pub finite: bool,
-    /// It hangs on a planar joint, whose freedom nothing brakes: where it glides to says nothing.
+    /// It hangs on a planar joint, or on a spherical one without friction, whose freedom nothing brakes: where it glides or
+    /// swings to says nothing.
     pub glides: bool,
 }
 
 impl RestResult {
     /// Whether the part stays where it is.
     pub fn is_calm(&self) -> bool {
-        self.finite && (self.glides || (self.settling < SETTLING && self.late_drift < LATE_DRIFT))
+        let still = self.late_drift < LATE_DRIFT && self.late_turn < LATE_TURN;
+        self.finite && (self.glides || (self.settling < SETTLING && still))
     }
 }
 
@@ -79,9 +82,15 @@ pub(super) fn rest_for(scene: &Scene, model: &Model, steps: usize) -> Vec<RestRe
             late_drift: way(&settled[i], &end[i]),
             late_turn: settled[i].1.angle_to(&end[i].1),
             finite: end[i].0.iter().all(|v| v.is_finite()),
-            glides: part.attachment.as_ref().is_some_and(|a| a.kind == JointKind::Planar),
+            glides: part.attachment.as_ref().is_some_and(glides),
         })
         .collect()
+}
+
+/// Whether nothing brakes a joint of several freedoms.
+fn glides(hold: &Attachment) -> bool {
+    let brakes = hold.motions.iter().any(|m| m.friction > 0.0 || m.damping > 0.0);
+    hold.kind == JointKind::Planar || hold.kind == JointKind::Spherical && !brakes
 }
 
 /// Centre of mass and orientation.

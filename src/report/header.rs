@@ -138,8 +138,9 @@ pub fn section(capture: &Capture, run: &Run) -> String {
          <p class=\"verdict {class}\"><strong>{word}</strong><span>{sentence}{reservation}</span></p>\n\
          <dl class=\"figures\">\n{figures}</dl>\n\
          <nav aria-label=\"Sections\"><a href=\"#view\">Scene</a><a href=\"#estimates\">Estimates</a><a href=\"#joints\">Joints</a>\
-         <a href=\"#relations\">Relations</a><a href=\"#interactions\">Interactions</a><a href=\"#diagnosis\">Diagnosis</a>\
+         <a href=\"#relations\">Relations</a><a href=\"#interactions\">Interactions</a>{}<a href=\"#diagnosis\">Diagnosis</a>\
          <a href=\"#notices\">Notices</a></nav>\n</header>\n",
-        escape(&twin.name)
+        escape(&twin.name),
+        super::engines::link_place()
     )
 }

@@ -1,6 +1,7 @@
 //! A finished run as one self-contained page; computes no new result.
 
 mod diagnosis;
+mod engines;
 mod estimates;
 mod graph;
 mod header;
@@ -19,4 +20,5 @@ mod scale;
 mod scene;
 mod snapshots;
 
+pub use engines::with_engines;
 pub use page::render;

@@ -1,7 +1,7 @@
 //! The page as a whole: order of the sections, style and script.
 
 use super::markup::escape;
-use super::{diagnosis, estimates, graph, header, interactions, joints, notices, scene, snapshots};
+use super::{diagnosis, engines, estimates, graph, header, interactions, joints, notices, scene, snapshots};
 use crate::base::{Error, Result};
 use crate::capture::Capture;
 use crate::pipeline::Run;
@@ -26,6 +26,7 @@ pub fn render(capture: &Capture, run: &Run) -> Result<String> {
     body.push_str(&graph::section(run));
     body.push_str(&snapshots::section(run));
     body.push_str(&interactions::section(capture, run));
+    body.push_str(&engines::place());
     body.push_str(&diagnosis::section(run));
     body.push_str(&notices::section(run));
     Ok(format!(

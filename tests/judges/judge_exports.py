@@ -3,8 +3,8 @@
 
 Loads scene.urdf, urdf/*.urdf, scene.xml and scene.glb of each folder with every judge that is installed (mujoco,
 pybullet, drake, yourdfpy, trimesh, check_urdf, gltf-validator), compares masses, centres of mass, inertias and
-joints with twin.json, and lets each scene rest for two seconds: after half a second nothing may drift more than a
-millimetre. Each judge runs in a process of its own, since a simulator may crash.
+joints with twin.json, and lets each scene rest for five seconds: after half a second nothing may drift more than a
+millimetre or half a degree. Each judge runs in a process of its own, since a simulator may crash.
 
 Exit code: 0 every judge that ran is content, 1 one is not, 2 wrong usage, 3 a judge that --require names is missing.
 gltf-validator is looked for in the folder that GLTF_VALIDATOR names, or in node_modules beside this file.
@@ -20,8 +20,8 @@ import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MARK = "@@"
-STEP, SETTLED, SECONDS = 0.002, 0.5, 2.0
-DRIFT = 1e-3
+STEP, SETTLED, SECONDS = 0.002, 0.5, 5.0
+DRIFT, TURN = 1e-3, math.radians(0.5)
 
 
 # ---------------------------------------------------------------- what the twin says
@@ -111,13 +111,21 @@ def compare(want, got, tolerance=1e-4):
 
 
 def drift(late, now):
+    """Way and turn by name; late and now hold places and rotation matrices."""
     import numpy as np
 
-    return {n: float(np.linalg.norm(now[n] - late[n])) for n in now}
+    def turn(a, b):
+        # Of small turns the sine is told better than the cosine.
+        r = a.T @ b
+        sine = 0.5 * np.linalg.norm([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+        return math.atan2(sine, 0.5 * (np.trace(r) - 1.0))
+
+    return {n: (float(np.linalg.norm(p - late[n][0])), turn(late[n][1], r)) for n, (p, r) in now.items()}
 
 
 def restless(moved):
-    return [f"{n} drifts {1e3 * d:.2f} mm" for n, d in moved.items() if not d < DRIFT]
+    said = lambda n, d, t: f"{n} drifts {1e3 * d:.2f} mm and {math.degrees(t):.2f} degrees"
+    return [said(n, d, t) for n, (d, t) in moved.items() if not (d < DRIFT and t < TURN)]
 
 
 # ---------------------------------------------------------------- the judges
@@ -145,11 +153,12 @@ def mujoco(folder, path, twin, want):
     complaints = compare(mine, got)
     if path.endswith(".xml"):
         heavy = [n for n, w in want.items() if not w["bare"]]
+        places = lambda: {n: (data.xipos[names[n]].copy(), data.xmat[names[n]].reshape(3, 3).copy()) for n in heavy}
         for k in range(int(SECONDS / STEP)):
             mj.mj_step(model, data)
             if k == int(SETTLED / STEP):
-                late = {n: data.xipos[names[n]].copy() for n in heavy}
-        complaints += restless(drift(late, {n: data.xipos[names[n]].copy() for n in heavy}))
+                late = places()
+        complaints += restless(drift(late, places()))
     return complaints
 
 
@@ -166,7 +175,7 @@ def bullet_matter(p, body):
             state = p.getLinkState(body, link, computeForwardKinematics=1)
             name, com, q = p.getJointInfo(body, link)[12].decode(), state[0], state[1]
         r = matrix(q[3], q[0], q[1], q[2])
-        got[name] = (info[0], np.array(com), r @ np.diag(info[2]) @ r.T)
+        got[name] = (info[0], np.array(com), r @ np.diag(info[2]) @ r.T, r)
     return got
 
 
@@ -197,7 +206,7 @@ def pybullet(folder, path, twin, want):
             plane = p.createCollisionShape(p.GEOM_PLANE, planeNormal=support["normal"])
             floor = p.createMultiBody(0, plane, basePosition=support["point"])
             p.changeDynamics(floor, -1, lateralFriction=1.0)
-    complaints = compare(mine, bullet_matter(p, body))
+    complaints = compare(mine, {n: v[:3] for n, v in bullet_matter(p, body).items()})
     for joint in range(p.getNumJoints(body)):
         info = p.getJointInfo(body, joint)
         if info[2] in (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC):
@@ -208,8 +217,8 @@ def pybullet(folder, path, twin, want):
     for k in range(int(SECONDS / STEP) if standing else 0):
         p.stepSimulation()
         if k == int(SETTLED / STEP):
-            late = {n: v[1] for n, v in bullet_matter(p, body).items()}
-    now = {n: v[1] for n, v in bullet_matter(p, body).items() if n in late and n in mine and not mine[n]["bare"]}
+            late = {n: (v[1], v[3]) for n, v in bullet_matter(p, body).items()}
+    now = {n: (v[1], v[3]) for n, v in bullet_matter(p, body).items() if n in late and n in mine and not mine[n]["bare"]}
     return complaints + restless(drift(late, now))
 
 

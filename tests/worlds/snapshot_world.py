@@ -133,6 +133,7 @@ def main():
     p.add_argument("--seed", type=int, default=0)
     p.add_argument("--thing", choices=["box", "tall", "can", "ball", "puck"])
     p.add_argument("--trials", type=int, default=10)
+    p.add_argument("--held-trials", type=int, help="trials of each held-out tool and action, where not --trials")
     p.add_argument("--orientation", choices=["known", "none"], default="none")
     p.add_argument("--force", action="store_true")
     p.add_argument("--hold-out", default="hook:tap_from_right")
@@ -162,7 +163,8 @@ def main():
             group = f"{tool_name}:{action}"
             if only is not None and group not in only:
                 continue
-            for k in range(a.trials):
+            count = a.held_trials if group in held and a.held_trials else a.trials
+            for k in range(count):
                 name = f"{tool_name}-{action}-{k:02d}"
                 centre = rng.uniform(-0.1, 0.1, 2)
                 yaw = rng.uniform(0, 2 * np.pi)

@@ -11,7 +11,7 @@ use super::gather::{STAGE, gather, holds_snapshots_only};
 use super::learnt::{Seen, ShapeClass};
 use super::posterior::{Marginal, Posterior, posterior};
 use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
-use super::search::{Guess, Search, start_point};
+use super::search::{Guess, Search};
 use super::space::{DIMENSIONS, Prior, Scales, Scores, Space};
 use super::write::write_link;
 use crate::base::{Notices, Result, Seed, Status, rng_for};
@@ -25,8 +25,8 @@ const DRAWS: usize = 48;
 /// Space-filling points with which a search begins: the same for every budget, so that a longer search goes on from a shorter
 /// one.
 const FIRST: usize = 10;
-/// Evaluations at draws of what is believed beforehand, where things of its kind are known.
-const GUIDED: usize = 4;
+/// A learnt belief is never narrower than this on the search's scale.
+const NARROW: f64 = 0.1;
 /// Share of the prior's spread above which a parameter's data say next to nothing for other things either.
 const SAYS: f64 = 0.9;
 
@@ -91,14 +91,18 @@ pub fn fresh(seed: Seed, scales: &Scales) -> Search {
     }
     let level = |score: f64| scales.to_search(&[score; DIMENSIONS]);
     let (low, high) = (level(-1.0), level(1.0));
-    let start = |n: usize| match n {
-        0 => level(0.0),
-        _ => scales.to_search(&start_point(n, seed.0)),
+    let middle = level(0.0);
+    let sd: Scores = std::array::from_fn(|k| (0.5 * (high[k] - low[k])).max(NARROW));
+    // The middle, friction to either side of it (which moves effects most), and where one would begin from nothing.
+    let beside = |by: f64| {
+        let mut at = middle;
+        at[0] += by * sd[0];
+        at
     };
     let guess = Guess {
-        starts: (0..GUIDED).map(start).collect(),
-        middle: level(0.0),
-        sd: std::array::from_fn(|k| (0.5 * (high[k] - low[k])).max(0.05)),
+        starts: vec![middle, beside(1.0), beside(-1.0), [0.0; DIMENSIONS]],
+        middle,
+        sd,
     };
     Search::guided(seed, guess)
 }

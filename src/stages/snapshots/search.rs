@@ -4,7 +4,8 @@
 //! taken with odds `softmax(eta g)`, where the gain `g` of each falls by what the refitted process expects at its own
 //! proposal (Hoffman, Brochu and de Freitas 2011; Lima et al. 2019, section III B). Where something is believed beforehand of
 //! where the least is, the acquisitions are weighted by that belief to a power that falls with every evaluation (Hvarfner et
-//! al. 2022).
+//! al. 2022), and the process is one about a mean that rises away from the belief as far as the evaluations bear it out. The
+//! belief is a mixture of what was learnt, with heavy tails, and of knowing nothing, so that a wrong one is outlived.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -24,6 +25,10 @@ const BETA: f64 = 1.96;
 /// How many evaluations a belief beforehand is worth.
 const BELIEF: f64 = 5.0;
 const ETA: f64 = 1.0;
+/// Share of the belief that goes with what was learnt, the rest with knowing nothing.
+const LEARNT: f64 = 0.8;
+/// What slopes of the mean are expected beforehand, over the values' spread: the ridge of their regression.
+const RIDGE: f64 = 2.0;
 
 /// One evaluated point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,10 +69,33 @@ pub struct Guess {
 }
 
 impl Guess {
-    /// Logarithm of its density, up to a constant.
+    /// Logarithm of its density: Student's t with three degrees of freedom about what was learnt, and a standard normal of
+    /// the scores where that does not hold.
     fn log(&self, at: &Scores) -> f64 {
         let each = at.iter().zip(self.middle).zip(self.sd);
-        -0.5 * each.map(|((x, m), s)| ((x - m) / s).powi(2)).sum::<f64>()
+        let heavy = |x: f64, m: f64, s: f64| T3.ln() - s.ln() - 2.0 * (((x - m) / s).powi(2) / 3.0).ln_1p();
+        let learnt: f64 = each.map(|((x, m), s)| heavy(*x, m, s)).sum();
+        let vague: f64 = at.iter().map(|x| -0.5 * (x * x + std::f64::consts::TAU.ln())).sum();
+        let (a, b) = (LEARNT.ln() + learnt, (1.0 - LEARNT).ln() + vague);
+        a.max(b) + (-(a - b).abs()).exp().ln_1p()
+    }
+}
+
+/// Density of Student's t with three degrees of freedom at its middle.
+const T3: f64 = 0.367_552_596_947_861;
+
+/// A process about a mean that rises away from what is believed.
+struct Led<'a> {
+    process: Process,
+    slope: f64,
+    guess: Option<&'a Guess>,
+}
+
+impl Led<'_> {
+    /// Mean and standard deviation at a point.
+    fn predict(&self, at: &Scores) -> (f64, f64) {
+        let (mean, sd) = self.process.predict(at);
+        (mean - self.guess.map_or(0.0, |g| self.slope * g.log(at)), sd)
     }
 }
 
@@ -106,8 +134,8 @@ impl Search {
     /// The next point to evaluate, and which acquisition wants it.
     pub fn ask(&mut self) -> (Scores, &'static str) {
         let n = self.evaluations.len();
-        let process = (n >= self.first.max(2)).then(|| self.process()).flatten();
-        let Some(process) = process else {
+        let led = (n >= self.first.max(2)).then(|| self.led()).flatten();
+        let Some(process) = led else {
             let believed = self.guess.as_ref().and_then(|g| g.starts.get(n).copied());
             let at = match n {
                 0 => [0.0; DIMENSIONS],
@@ -115,16 +143,18 @@ impl Search {
             };
             return (believed.unwrap_or(at), "start");
         };
-        self.hyper = Some(process.hyper().to_vec());
+        let hyper = process.process.hyper().to_vec();
+        let mut gains = self.gains;
         if let Some(old) = self.proposals {
             // Rewards on the scale of the values seen, so that the odds do not depend on their unit.
-            let (_, scale, _) = process.lengths();
-            for (gain, at) in self.gains.iter_mut().zip(&old) {
+            let (_, scale, _) = process.process.lengths();
+            for (gain, at) in gains.iter_mut().zip(&old) {
                 *gain -= process.predict(at).0 / scale.max(1e-9);
             }
         }
         let mut rng = rng_for(Seed(self.seed), &format!("snapshots/search/{n}"));
         let proposals = self.propose(&process, &mut rng);
+        (self.hyper, self.gains) = (Some(hyper), gains);
         let most = self.gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let odds = self.gains.map(|g| (ETA * (g - most)).exp());
         let mut left = rng.random_range(0.0..odds.iter().sum::<f64>());
@@ -157,8 +187,38 @@ impl Search {
         Process::fit(&points, &values, self.hyper.as_deref())
     }
 
+    /// The process about the mean that what is believed calls for. How steep that mean is, is a ridge regression of the
+    /// values on the logarithm of the belief: a belief that the values do not bear out has none.
+    fn led(&self) -> Option<Led<'_>> {
+        let Some(guess) = &self.guess else {
+            let process = self.process()?;
+            return Some(Led {
+                process,
+                slope: 0.0,
+                guess: None,
+            });
+        };
+        let points: Vec<Vec<f64>> = self.evaluations.iter().map(|e| e.at.to_vec()).collect();
+        let value = |e: &Evaluation| e.divergence.clamp(0.0, 1e9).ln_1p();
+        let values: Vec<f64> = self.evaluations.iter().map(value).collect();
+        let logs: Vec<f64> = self.evaluations.iter().map(|e| guess.log(&e.at)).collect();
+        let n = values.len() as f64;
+        let middle = |of: &[f64]| of.iter().sum::<f64>() / n;
+        let (level, log) = (middle(&values), middle(&logs));
+        let cross: f64 = values.iter().zip(&logs).map(|(v, l)| (v - level) * (log - l)).sum();
+        let square: f64 = logs.iter().map(|l| (l - log).powi(2)).sum();
+        let slope = (cross / (square + RIDGE)).max(0.0);
+        let left: Vec<f64> = values.iter().zip(&logs).map(|(v, l)| v + slope * l).collect();
+        let process = Process::fit(&points, &left, self.hyper.as_deref())?;
+        Some(Led {
+            process,
+            slope,
+            guess: Some(guess),
+        })
+    }
+
     /// Where each acquisition is best: candidates all over, and about the best point so far.
-    fn propose(&self, process: &Process, rng: &mut impl Rng) -> [Scores; 3] {
+    fn propose(&self, process: &Led, rng: &mut impl Rng) -> [Scores; 3] {
         let least = self
             .evaluations
             .iter()
@@ -166,7 +226,7 @@ impl Search {
             .fold(f64::INFINITY, f64::min);
         let best = self.best().map_or([0.0; DIMENSIONS], |e| e.at);
         let mut found = [(f64::NEG_INFINITY, best); 3];
-        let (_, scale, _) = process.lengths();
+        let (_, scale, _) = process.process.lengths();
         let power = BELIEF / self.evaluations.len().max(1) as f64;
         for i in 0..CANDIDATES {
             let believed = self.guess.as_ref().filter(|_| i % 4 == 0);
@@ -252,6 +312,21 @@ mod tests {
         run(&mut search, 40);
         let best = search.best().expect("some");
         assert!(best.divergence < 0.03, "{best:?}");
+    }
+
+    #[test]
+    fn a_wrong_belief_is_outlived_and_a_right_one_is_quick() {
+        let guided = |middle: Scores| Guess {
+            starts: vec![middle, [middle[0] + 0.2, middle[1], middle[2], middle[3]]],
+            middle,
+            sd: [0.15; DIMENSIONS],
+        };
+        let mut right = Search::guided(Seed(3), guided([0.65, 0.0, -0.35, 0.0]));
+        run(&mut right, 8);
+        assert!(right.best().expect("some").divergence < 0.03, "{:?}", right.best());
+        let mut wrong = Search::guided(Seed(3), guided([-1.2, 0.0, 1.0, 0.0]));
+        run(&mut wrong, 40);
+        assert!(wrong.best().expect("some").divergence < 0.06, "{:?}", wrong.best());
     }
 
     #[test]

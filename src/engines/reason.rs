@@ -1,0 +1,130 @@
+//! Why a held-out touch ends elsewhere in an engine than it was measured to, as data and in words.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::outside::EngineName;
+use crate::base::Status;
+
+/// Shares of a miss below this are not told, nor more than so many.
+const WORTH: f64 = 0.1;
+const MOST: usize = 3;
+
+/// What was found about a held-out touch that some engine misses.
+#[derive(Clone, Debug, Serialize)]
+pub struct Reason {
+    /// The interaction.
+    pub interaction: String,
+    /// What the end depends on and is known only so well, the strongest first.
+    pub sources: Vec<Source>,
+    /// Standard deviation of the end by all of them together: of the place, m, and of the turn, rad.
+    pub scatter: [f64; 2],
+    /// Covariance of the place by all of them together, world: xx, xy, yy, m².
+    pub spread: [f64; 3],
+    /// For each engine that misses.
+    pub judged: Vec<Judged>,
+}
+
+/// Something that the end of a touch depends on.
+#[derive(Clone, Debug, Serialize)]
+pub struct Source {
+    /// In words.
+    pub what: String,
+    /// Whether it was measured; a tool's place and a default are assumed.
+    pub status: Status,
+    /// Its standard deviation, where it is one length or one ratio, in words.
+    pub doubt: String,
+    /// How far the end goes at one standard deviation, m, by replay in the embedded engine.
+    pub position: f64,
+    /// The same for its turn, rad.
+    pub turn: f64,
+}
+
+/// An engine's miss beside what is doubtful.
+#[derive(Clone, Debug, Serialize)]
+pub struct Judged {
+    /// Which engine.
+    pub engine: EngineName,
+    /// Where it ends less where it was measured to, m, world.
+    pub missed_by: [f64; 3],
+    /// The same for the turn, rad.
+    pub turn: f64,
+    /// The miss over what is doubtful, squared (Mahalanobis); within [`Judged::bound`] 95 of 100 would be.
+    pub distance2: f64,
+    /// Of the chi-squared distribution.
+    pub bound: f64,
+    /// The most likely doubtful numbers that meet the measured end: index into [`Reason::sources`], standard deviations,
+    /// share of the miss that goes with it.
+    pub likely: Vec<(usize, f64, f64)>,
+    /// What is left of the miss when the touch is played again with them: m, rad.
+    pub left: Option<[f64; 2]>,
+    /// With them it is within the bars.
+    pub mended: bool,
+    /// What it comes to.
+    pub cause: Cause,
+    /// The same in words.
+    pub words: String,
+}
+
+/// Where the reason of a miss lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// What is doubtful scatters the touch as far.
+    Doubt,
+    /// Another engine with the same numbers is within the bars: this one's contacts differ.
+    Engine,
+    /// palpate's own laws miss as far: the diagnosis says that something is left.
+    Law,
+    /// None of these.
+    Unexplained,
+}
+
+impl Cause {
+    /// A heading.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Doubt => "known no better",
+            Self::Engine => "this engine's contacts",
+            Self::Law => "no law for it yet",
+            Self::Unexplained => "not explained",
+        }
+    }
+}
+
+impl Judged {
+    /// What most of it goes with, most first, in words.
+    pub fn shares(&self, sources: &[Source]) -> Vec<String> {
+        let named = self.likely.iter().filter(|(_, _, share)| *share >= WORTH).take(MOST);
+        let said = named.filter_map(|(k, z, share)| {
+            let source = sources.get(*k)?;
+            Some(format!(
+                "{} off by {:.1} sd ({}): {:.0} % of the miss",
+                source.what,
+                z.abs(),
+                source.doubt,
+                100.0 * share
+            ))
+        });
+        said.collect()
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (place, turn) = (1e3 * self.scatter[0], self.scatter[1].to_degrees());
+        let name = &self.interaction;
+        writeln!(
+            f,
+            "why {name} is missed: what is doubtful scatters it by {place:.2} mm and {turn:.2} degrees (1 sd)"
+        )?;
+        for j in &self.judged {
+            writeln!(f, "  {}: {}: {}", j.engine.name(), j.cause.name(), j.words)?;
+            for said in j.shares(&self.sources) {
+                writeln!(f, "    {said}")?;
+            }
+        }
+        Ok(())
+    }
+}

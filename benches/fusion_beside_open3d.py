@@ -93,7 +93,8 @@ def theirs(args, cores, mesh):
 def bench_binary():
     words = ["cargo", "bench", "--bench", "fusion", "--no-run", "--message-format", "json"]
     text = subprocess.run(words, cwd=HERE, check=True, capture_output=True, text=True).stdout
-    found = [m["executable"] for m in map(json.loads, text.splitlines()) if m.get("executable")]
+    made = [m for m in map(json.loads, text.splitlines()) if m.get("executable")]
+    found = [m["executable"] for m in made if m["target"]["name"] == "fusion"]
     return found[-1]
 
 

@@ -7,8 +7,10 @@ use crate::math::random_effects;
 use crate::stages::estimation::Inertial;
 use crate::twin::{CauseOdds, Evidence, Finding, Gain, Link, Model};
 
-/// Standard deviations from the plain value from which on it counts, p below 3e-4; and the share from which on.
-const CLEAR: (f64, f64) = (3.6, 0.12);
+/// Standard deviations from the plain value from which on it counts, p below 6e-7; and the share from which on.
+const CLEAR: (f64, f64) = (5.0, 0.15);
+/// Share of the error on pushes that were not fitted that it has to take away.
+const TAKEN: f64 = 0.3;
 /// Share by which the law of fast pushes may miss the mass in all of them alike.
 const FORM: f64 = 0.02;
 /// Scatter from push to push that is expected before any is seen.
@@ -22,6 +24,8 @@ const FAR: f64 = 1.0;
 /// Doubt of a delay from one push that still tells, s; scatter that is expected, s; standard deviations and least size, s, from
 /// which on there is one.
 const LATE: (f64, f64, f64, f64) = (0.01, 1e-3, 5.0, 6e-3);
+/// Scatter of a delay from push to push, as a share of it, that one constant delay may have.
+const ALIKE: f64 = 0.3;
 /// Speed at which a delay is told as a way, m/s.
 const PACE: f64 = 0.1;
 /// Pushes that must tell.
@@ -78,7 +82,8 @@ pub fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Fin
         let own = all.iter().filter(|i| i.link == link.name);
         let over = |i: &Inertial| ((i.mass.0 / weighed.value).ln(), i.mass.1 / i.mass.0);
         let ratio = Ratio::of(&own.map(|i| (i, over(i))).collect::<Vec<_>>())?;
-        let clear = ratio.mean.abs() > CLEAR.0 * ratio.sd && ratio.mean.abs() > CLEAR.1;
+        let told = ratio.left[1] < (1.0 - TAKEN) * ratio.left[0];
+        let clear = told && ratio.mean.abs() > CLEAR.0 * ratio.sd && ratio.mean.abs() > CLEAR.1;
         // Without inertia a force would be off by this share of what stops it, which is friction.
         let scale = link.friction_force.kinetic.as_ref().map_or(1.0, |f| f.value);
         clear.then(|| finding(&ratio, &link.name, scale, swings))
@@ -93,7 +98,9 @@ pub fn delay_finding(all: &[Inertial]) -> Option<Finding> {
     let (values, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|i| i.delay).unzip();
     let pooled = random_effects(&values, &sds, LATE.1).filter(|_| fitted.len() >= FEWEST)?;
     let statistic = pooled.mean.abs() / pooled.sd;
-    if statistic < LATE.2 || pooled.mean.abs() < LATE.3 {
+    // One that is not alike in all pushes is another fault: clocks that run apart, say.
+    let alike = pooled.between < ALIKE * pooled.mean.abs();
+    if !alike || statistic < LATE.2 || pooled.mean.abs() < LATE.3 {
         return None;
     }
     let held: Vec<&&Inertial> = told.iter().filter(|i| i.held_out).collect();

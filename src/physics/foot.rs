@@ -194,13 +194,18 @@ pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f6
     Some(under.mean_distance(&under.area_centroid().1))
 }
 
+/// A pressure under a footprint.
+#[derive(Clone, Debug)]
+pub struct Pressed {
+    /// Where the load acts.
+    pub centre: Point2<f64>,
+    /// Points about that centre, m, with their shares of the load.
+    pub points: Vec<(Vector2<f64>, f64)>,
+}
+
 /// The underside of a mesh at `pose` (z up) under a pressure that is linear over it and brings the load to `centre`, as far
-/// as that can be: the centre that is reached, and points about it with their shares of the load.
-pub fn pressed_underside(
-    mesh: &Mesh,
-    pose: &Isometry3<f64>,
-    centre: &Point2<f64>,
-) -> Option<(Point2<f64>, Vec<(Vector2<f64>, f64)>)> {
+/// as that can be.
+pub fn pressed_underside(mesh: &Mesh, pose: &Isometry3<f64>, centre: &Point2<f64>) -> Option<Pressed> {
     let points = underside(mesh, pose)?.quadrature();
     let area: f64 = points.iter().map(|p| p.1).sum();
     let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
@@ -208,7 +213,10 @@ pub fn pressed_underside(
     let pressed = pressed_points(&points, &middle, &slope);
     let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
     let about = pressed.into_iter().map(|(p, _, f)| (p - reached, f / load));
-    Some((reached, about.collect()))
+    Some(Pressed {
+        centre: reached,
+        points: about.collect(),
+    })
 }
 
 /// The hull of what is within 3 mm of the lowest point.

@@ -21,7 +21,7 @@ mod tumble_contact;
 pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use driven::{Driven, predict_driven, predict_driven_with_step};
 pub use elastic::ElasticLaw;
-pub use foot::{Foot, pressed_underside, uniform_torsional_radius};
+pub use foot::{Foot, Pressed, pressed_underside, uniform_torsional_radius};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
 pub use linkage::Linkage;

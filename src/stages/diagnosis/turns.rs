@@ -206,13 +206,13 @@ fn rows_of(
         let centre = flat * centroid.coords;
         let ahead = t.force * (t.height / (load * weight));
         let wanted = Point2::from(centre + ahead);
-        let (reached, points) = pressed_underside(mesh, &pose, &wanted)?;
+        let under = pressed_underside(mesh, &pose, &wanted)?;
         Some(Row {
             turned: t,
             centre,
-            ahead: reached.coords - centre,
+            ahead: under.centre.coords - centre,
             across,
-            points,
+            points: under.points,
         })
     });
     let rows: Vec<Row> = rows.collect();

@@ -126,7 +126,7 @@ impl Touch<'_> {
         } else {
             self.radius * block.force.perp(&near.outward)
         };
-        (inside.abs() < NEAR).then(|| Turned {
+        (inside.abs() < NEAR).then_some(Turned {
             time: block.time,
             force: block.force,
             moment: block.moment + shifted,

@@ -30,6 +30,7 @@ const ALIKE: [&[&str]; 6] = [
         "detent",
         "latch",
         "soft-close",
+        "lever-arm",
     ],
     &[
         "velocity-weakening-friction",

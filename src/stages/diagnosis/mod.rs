@@ -15,6 +15,7 @@ mod inertia;
 mod joints;
 mod marginal;
 mod motion_laws;
+mod motion_places;
 mod motions;
 mod named;
 mod naming;

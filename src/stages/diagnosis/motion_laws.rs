@@ -1,9 +1,10 @@
 //! What may be wrong with an ideal joint that has dry friction: laws of the joint and of what feels it.
 
 use super::family::{Active, Law, Parameter};
+use super::motion_places::local_laws;
 use super::motions::Scale;
 
-mod form {
+pub(super) mod form {
     pub const STICTION: usize = 0;
     pub const STRIBECK: usize = 1;
     pub const DAMPING: usize = 2;
@@ -20,6 +21,7 @@ mod form {
     pub const DRIFT: usize = 13;
     pub const WEAR: usize = 14;
     pub const SATURATION: usize = 15;
+    pub const NOTCH: usize = 16;
 }
 
 /// One moment of a joint at work.
@@ -59,6 +61,9 @@ impl Moved {
     }
 }
 
+/// Makes a notch as deep as a detent of the same effort and width: `exp(-1/2)` over the largest of `s (1 - s²)²`.
+const PEAK: f64 = 0.606_530_66 / 0.286_216_7;
+
 /// What all laws but friction's add to the load that moves the joint.
 pub fn effort(m: &Moved, active: &[Active]) -> f64 {
     let (q, v) = (m.position, m.speed);
@@ -72,6 +77,11 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::DETENT => {
                 let s = (q - x[1]) / x[2].exp();
                 x[0] * s * (-0.5 * s * s).exp()
+            }
+            // The same with an edge: a ball drops into a notch and out of it.
+            form::NOTCH => {
+                let s = (q - x[1]) / (x[2].exp() * 5.0_f64.sqrt());
+                x[0] * PEAK * s * (1.0 - s * s).max(0.0).powi(2)
             }
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
@@ -119,12 +129,12 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
     })
 }
 
-struct Maker<'a> {
+pub(super) struct Maker<'a> {
     joint: &'a str,
 }
 
 impl Maker<'_> {
-    fn law(
+    pub(super) fn law(
         &self,
         cause: &'static str,
         form: usize,
@@ -154,7 +164,7 @@ impl Maker<'_> {
 }
 
 /// Units of effort, effort per speed, per squared speed and per position.
-fn units(turns: bool) -> [&'static str; 4] {
+pub(super) fn units(turns: bool) -> [&'static str; 4] {
     if turns {
         ["N·m", "N·m·s/rad", "N·m·s²/rad²", "N·m/rad"]
     } else {
@@ -281,78 +291,6 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             vec![Vec::new()],
             "all loads are wrong by a factor that depends on the angle: the arm of the force is",
         ));
-    }
-    laws
-}
-
-fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
-    let [effort, _, _, per_place] = units(s.turns);
-    let [low, high] = s.range;
-    let span = (high - low).max(1e-6);
-    let unit = if s.turns { "rad" } else { "m" };
-    let within = |name, from: f64, to: f64| Parameter {
-        unit,
-        low: from,
-        high: to,
-        ..Parameter::place(name, 0.5 * (from + to), (0.4 * (to - from)).max(1e-6))
-    };
-    let shares = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
-    let notches = shares
-        .iter()
-        .flat_map(|x| [0.06f64, 0.13].map(|w| vec![low + x * span, (w * span).ln()]));
-    let stop = |name| Parameter::positive(name, per_place, 4.0 * s.load / span);
-    let latch = |at: [f64; 2], start: f64| {
-        make.law(
-            "latch",
-            form::DETENT,
-            (
-                vec![Parameter::positive("A", effort, 0.7 * s.load)],
-                vec![
-                    within("qd", at[0], at[1]),
-                    Parameter::scale("w", unit, 0.08 * span, 0.5),
-                ],
-            ),
-            [0.05f64, 0.1].iter().map(|w| vec![start, (w * span).ln()]).collect(),
-            "the joint is held at its closed end",
-        )
-    };
-    let mut laws = vec![
-        make.law(
-            "detent",
-            form::DETENT,
-            (
-                vec![Parameter::amplitude("A", effort, 0.5 * s.load)],
-                vec![
-                    within("qd", low + 0.08 * span, high - 0.08 * span),
-                    Parameter::scale("w", unit, 0.1 * span, 0.5),
-                ],
-            ),
-            notches.collect(),
-            "at one place the joint is held and drawn in from either side",
-        ),
-        latch([low - 0.05 * span, low + 0.08 * span], low),
-        make.law(
-            "limit-compliance",
-            form::LIMIT_HIGH,
-            (vec![stop("k")], vec![within("q_limit", low + 0.4 * span, high)]),
-            [0.6, 0.75, 0.85, 0.93].iter().map(|x| vec![low + x * span]).collect(),
-            "past some place the joint runs into something that gives",
-        ),
-        make.law(
-            "limit-compliance",
-            form::LIMIT_LOW,
-            (
-                vec![stop("k")],
-                // Nearer to where motions set out it could not be told from their start.
-                vec![within("q_limit", low + 0.12 * span, low + 0.5 * span)],
-            ),
-            [0.15, 0.25, 0.4].iter().map(|x| vec![low + x * span]).collect(),
-            "before some place the joint runs into something that gives",
-        ),
-    ];
-    // Closed may be where the joint stood when the capture began, though it is moved past that.
-    if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
-        laws.push(latch([-0.05 * span, 0.05 * span], 0.0));
     }
     laws
 }

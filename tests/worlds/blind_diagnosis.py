@@ -20,7 +20,8 @@ TIN = ["velocity-weakening-friction", "viscous-friction", "anisotropic-friction"
        "outside-texture", "outside-ratchet"]
 PAD = ["hardening-stiffness", "second-stage", "power-law-stiffness", "elastic-damping", "stress-relaxation", "plastic-set",
        "elastic-hysteresis", "softening-by-use", "adhesion", "preload", "snap-through", "force-saturation"]
-DRAWER = ["joint-damping", "joint-spring", "joint-stiction", "detent", "latch", "soft-close", "limit-compliance", "outside-joint-texture"]
+DRAWER = ["joint-damping", "joint-spring", "joint-stiction", "detent", "latch", "soft-close", "limit-compliance", "backlash",
+          "joint-loose-mass", "outside-joint-texture"]
 TOSS = ["length-scale", "gravity-error", "support-tilt", "com-offset", "nonuniform-density", "tracking-error",
         "velocity-weakening-friction", "outside-wind", "outside-patch"]
 KINDS = dict(toss=TOSS, tin=TIN, pad=PAD, hinge=["joint-gravity", *DRAWER], drawer=DRAWER)

@@ -70,7 +70,9 @@ class Pad(Effect):
 
 
 class Jointed(Effect):
+    """`dt` is set to the step of the simulation."""
     kinds = ("hinge", "drawer")
+    dt = 0.0
 
 
 @cause("velocity-weakening-friction")
@@ -770,6 +772,41 @@ class LimitCompliance(Jointed):
 
     def joint(self, q, dq):
         return -self.parameters["stiffness"] * max(q - self.parameters["position"], 0)
+
+
+@cause("backlash")
+class Backlash(Jointed):
+    """The dry friction sits behind a play, which it has half gone through at first."""
+
+    def setup(self, rng):
+        self.parameters = dict(half=0.03 * self.strength)
+        self.drive = 0.0
+
+    def stick(self, q, dq):
+        half = self.parameters["half"]
+        self.drive = min(max(self.drive, q - half), q + half)
+        return 1.0 if abs(q - self.drive) > 0.98 * half else 0.0
+
+
+@cause("joint-loose-mass")
+class JointLooseMass(Jointed):
+    """Something in the moved part hangs on a spring and a damper."""
+
+    def setup(self, rng):
+        self.parameters = dict(inertia=1.5e-3 * self.strength, rate=rng.uniform(12, 25), damping_ratio=rng.uniform(0.05, 0.2))
+        self.at = None
+
+    def begin(self, kind, index, start, wait):
+        self.at = None
+
+    def joint(self, q, dq):
+        rate, ratio = self.parameters["rate"], self.parameters["damping_ratio"]
+        if self.at is None:
+            self.at, self.way = q, dq
+        pull = rate**2 * (q - self.at) + 2 * ratio * rate * (dq - self.way)
+        self.way += pull * self.dt
+        self.at += self.way * self.dt
+        return -self.parameters["inertia"] * pull
 
 
 @cause("outside-joint-texture")

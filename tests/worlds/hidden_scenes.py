@@ -355,6 +355,8 @@ def jointed(rng, effects, revolute):
     model, start = bench.model, [0.0]
     joint, dof = model.joint("joint").qposadr[0], model.joint("joint").dofadr[0]
     bench.place = lambda data: data.qpos.__setitem__(joint, start[0] * scale)
+    for effect in effects:
+        effect.dt = model.opt.timestep
 
     def act(clock, data):
         q, dq = data.qpos[joint] / scale, data.qvel[dof] / scale

@@ -120,11 +120,13 @@ impl Joint {
         let turns = ((self.position - angle) / std::f64::consts::TAU).round();
         self.position = angle + turns * std::f64::consts::TAU;
         // Of a screw the place along the axis follows the angle; the thread turns axial force into torque (virtual work).
-        let offset = at - at_a - axis * (self.pitch * self.position);
-        let slipping = relative - axis * (self.pitch * rate);
+        let [path, way] = self.wandering(&axis, &side_a);
+        let way = way + axis * self.pitch;
+        let offset = at - at_a - axis * (self.pitch * self.position) - path;
+        let slipping = relative - way * rate;
         let held = offset * -self.linear.0 - slipping * self.linear.1;
         wrench.push(&at, held);
-        wrench.moment -= axis * (self.pitch * held.dot(&axis));
+        wrench.moment -= axis * held.dot(&way);
         wrench.moment += axis * self.effort(rate, dt);
         wrench
     }
@@ -143,27 +145,43 @@ impl Joint {
         wrench
     }
 
+    /// How far a hidden law takes the axis along, and its change with the position, world.
+    fn wandering(&self, axis: &Vector3<f64>, side: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        let other = axis.cross(side);
+        let sum = |which: usize| {
+            let each = self.hidden.iter().map(|law| {
+                let [x, y] = law.wandering(self.position)[which];
+                side * x + other * y
+            });
+            each.sum()
+        };
+        [sum(0), sum(1)]
+    }
+
     /// Force or torque along the free direction: dry friction (an elastic bristle that slides at the Coulomb level),
     /// viscous damping, spring, stops that can only push.
     fn effort(&mut self, rate: f64, dt: f64) -> f64 {
         let mut effort = -self.damping * rate - self.stiffness * (self.position - self.rest);
-        let mut friction = self.friction;
+        let (mut friction, mut play) = (self.friction, 0.0);
         if !self.hidden.is_empty() {
             let scale = if self.revolute { 1.0 } else { SLIDE };
             let (q, dq) = (self.position / scale, rate / scale);
             effort += self.hidden.iter().map(|law| law.effort(q, dq)).sum::<f64>() / scale;
+            effort += self.hidden.iter_mut().map(|law| law.advance(q, dq, dt)).sum::<f64>() / scale;
+            play = scale * self.hidden.iter().map(JointLaw::play).sum::<f64>();
             friction *= self.hidden.iter().map(|law| law.factor(q, dq)).product::<f64>();
         }
         if friction > 0.0 {
-            let limit = friction / self.bristle_stiffness;
+            let limit = friction / self.bristle_stiffness + play;
             let stretch = self.bristle + rate * dt;
             self.bristle = stretch.clamp(-limit, limit);
-            let viscous = if stretch == self.bristle {
+            let pressed = self.bristle.signum() * (self.bristle.abs() - play).max(0.0);
+            let viscous = if stretch == self.bristle && pressed != 0.0 {
                 self.bristle_damping * rate
             } else {
                 0.0
             };
-            effort -= (self.bristle_stiffness * self.bristle + viscous).clamp(-friction, friction);
+            effort -= (self.bristle_stiffness * pressed + viscous).clamp(-friction, friction);
         }
         if let Some([low, high]) = self.limits {
             let (k, c) = (0.2 * self.along.0, 0.4 * self.along.1);

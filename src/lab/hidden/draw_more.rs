@@ -120,6 +120,21 @@ impl Draw {
                 stiffness: self.say("stiffness", s),
                 at: self.uniform("position", 0.35, 0.45),
             },
+            "backlash" => JointLaw::Backlash {
+                half: self.say("half", 0.03 * s),
+            },
+            "joint-loose-mass" => JointLaw::LooseMass {
+                inertia: self.say("inertia", 1e-3 * s),
+                rate: self.uniform("rate", 12.0, 30.0),
+                damping: self.uniform("damping_ratio", 0.05, 0.3),
+                state: None,
+            },
+            "moving-axis" => {
+                let drift = self.heading() * self.say("drift", 0.006 * s);
+                JointLaw::MovingAxis {
+                    drift: [drift.x, drift.y],
+                }
+            }
             "outside-joint-texture" => JointLaw::Texture {
                 amplitude: self.say("amplitude", 0.6 * s),
                 waves: self.uniform("waves", 25.0, 45.0),

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::axes::of_all_axes;
 use super::compare::{base_fit, verdict};
 use super::delay::delay_finding;
 use super::family::Family;
@@ -198,8 +199,14 @@ fn name_causes(
     let lost = rounded_away(faults);
     let pushes = Pushes::new(capture, segmented, model).map(|p| p.rounded(lost));
     let presses = Presses::new(capture, segmented, model).map(|p| p.rounded(lost));
+    let mut loads = Loads::default();
+    let wandering = moving_axes(capture, model, config, &mut loads);
+    // The load along a joint is taken about the axis that the twin has.
+    let holds = |m: &Motions| wandering.iter().all(|f| f.place != m.joint());
+    findings.extend(wandering.iter().cloned());
     let motions: Vec<Motions> = of_all_joints(capture, segmented, model)
         .into_iter()
+        .filter(holds)
         .map(|m| m.rounded(lost))
         .collect();
     let turns = Turns::new(capture, segmented, model);
@@ -210,7 +217,6 @@ fn name_causes(
     ];
     let families = first.into_iter().flatten().map(|f| (f, None));
     let of_joints = motions.iter().map(|m| (m as &dyn Family, Some(m)));
-    let mut loads = Loads::default();
     let mut untestable = BTreeSet::new();
     for (family, joint) in families.chain(of_joints) {
         let Some(ladder) = climb(family, config) else { continue };
@@ -252,6 +258,17 @@ fn name_causes(
     findings.extend(of_joints);
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &untestable, done), loads)
+}
+
+/// Hinges whose axis wanders.
+fn moving_axes(capture: &Capture, model: &Model, config: &Config, loads: &mut Loads) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for axes in of_all_axes(capture, model) {
+        if let Some(ladder) = climb(&axes, config) {
+            findings.extend(loads.named(&axes, &ladder));
+        }
+    }
+    findings
 }
 
 fn say(capture: &Capture, traces: &[Trace], notices: &mut Notices) {

@@ -3,6 +3,7 @@
 
 mod alike;
 mod asking;
+mod axes;
 mod compare;
 mod config;
 mod delay;
@@ -14,6 +15,7 @@ mod frames;
 mod inertia;
 mod joints;
 mod marginal;
+mod motion_history;
 mod motion_laws;
 mod motion_places;
 mod motions;

@@ -1,6 +1,7 @@
 //! What may be wrong with an ideal joint that has dry friction: laws of the joint and of what feels it.
 
 use super::family::{Active, Law, Parameter};
+use super::motion_history::{freed, history_laws};
 use super::motion_places::local_laws;
 use super::motions::Scale;
 
@@ -22,6 +23,8 @@ pub(super) mod form {
     pub const WEAR: usize = 14;
     pub const SATURATION: usize = 15;
     pub const NOTCH: usize = 16;
+    pub const BACKLASH: usize = 17;
+    pub const LOOSE: usize = 18;
 }
 
 /// One moment of a joint at work.
@@ -41,6 +44,9 @@ pub struct Moved {
     pub lever: f64,
     /// Way since it last stood or turned back, rad or m.
     pub slip: f64,
+    /// Way since it last turned back, or since it was first seen where it has not yet, rad or m.
+    pub back: f64,
+    pub turned_back: bool,
     /// Too slow for the direction of friction to be sure.
     pub still: bool,
 }
@@ -100,6 +106,7 @@ pub fn sliding(m: &Moved, active: &[Active]) -> f64 {
             form::STICTION | form::STRIBECK => x[0] * (-m.speed.abs() / x[1].exp()).exp(),
             form::BREAKAWAY => x[0] * (-m.slip / x[1].exp()).exp(),
             form::WEAR => x[0] * m.time,
+            form::BACKLASH => -x[0] * freed(m, x[1].exp()),
             _ => 0.0,
         }
     };
@@ -107,9 +114,10 @@ pub fn sliding(m: &Moved, active: &[Active]) -> f64 {
 }
 
 /// Factor on dry friction while it stands.
-pub fn held(active: &[Active]) -> f64 {
+pub fn held(m: &Moved, active: &[Active]) -> f64 {
     let one = |a: &Active| match a.law.form {
         form::STICTION | form::STRIBECK | form::BREAKAWAY => a.values[0],
+        form::BACKLASH => -a.values[0] * freed(m, a.values[1].exp()),
         _ => 0.0,
     };
     (1.0 + active.iter().map(one).sum::<f64>()).max(0.0)
@@ -176,13 +184,14 @@ pub(super) fn units(turns: bool) -> [&'static str; 4] {
 pub fn motion_laws(joint: &str, scale: &Scale) -> Vec<Law> {
     let make = Maker { joint };
     let mut laws = speed_laws(&make, scale);
+    laws.extend(history_laws(&make, scale));
     laws.extend(place_laws(&make, scale));
     laws.extend(local_laws(&make, scale));
     laws.extend(sensor_laws(&make, scale));
     laws
 }
 
-fn logs(values: &[f64]) -> Vec<Vec<f64>> {
+pub(super) fn logs(values: &[f64]) -> Vec<Vec<f64>> {
     values.iter().map(|v| vec![v.ln()]).collect()
 }
 

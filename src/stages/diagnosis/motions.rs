@@ -9,8 +9,10 @@
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::marginal::weights;
-use super::motion_laws::{Moved, effort, held, motion_laws, read, sliding};
+use super::motion_history::loose;
+use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
 use super::named::left;
+use super::naming::NAMED;
 use super::{Curve, Quantity};
 use crate::capture::{Capture, Interaction, Segmented};
 use crate::math::{median, quantile};
@@ -31,6 +33,8 @@ const EVEN: f64 = 0.015;
 const SLOW: f64 = 0.06;
 /// Weight of a sample below which nothing is foretold.
 const SURE: f64 = 0.1;
+/// Log evidence over the plain model, nats, from which on a play is named.
+const PLAY: f64 = 25.0;
 /// Fewest samples that move, and fewest motions.
 const SAMPLES: usize = 20;
 const MOTIONS: usize = 3;
@@ -61,6 +65,36 @@ pub struct Motions {
     lever: f64,
     /// When the first motion began, s, of the capture's clock.
     zero: f64,
+    turning: Turning,
+}
+
+/// Which way a joint goes, and how far it has come since it turned back.
+#[derive(Default)]
+struct Turning {
+    /// 1 or -1; 0 before it was seen to move.
+    way: f64,
+    /// The farthest point that it came to that way, rad or m.
+    far: f64,
+    /// Where it last turned back, and where it was first seen, rad or m.
+    turned: Option<f64>,
+    start: Option<f64>,
+}
+
+impl Turning {
+    /// Way since it last turned back, rad or m, and whether it was seen to; from where it set out where it was not.
+    fn back(&mut self, position: f64, speed: f64, still: bool) -> (f64, bool) {
+        let start = *self.start.get_or_insert(position);
+        if !still && speed * self.way <= 0.0 {
+            if self.way != 0.0 {
+                self.turned = Some(self.far);
+            }
+            (self.way, self.far) = (speed.signum(), position);
+        }
+        if self.way * (position - self.far) > 0.0 {
+            self.far = position;
+        }
+        ((position - self.turned.unwrap_or(start)).abs(), self.turned.is_some())
+    }
 }
 
 struct Read {
@@ -170,6 +204,7 @@ impl Motions {
             turns,
             lever,
             zero,
+            turning: Turning::default(),
         };
         for read in reads {
             out.add(read);
@@ -185,6 +220,11 @@ impl Motions {
         let kind = &mut self.sheet.kinds[0];
         kind.sigma = kind.sigma.hypot(lost * self.lever);
         self
+    }
+
+    /// The joint that they are of.
+    pub fn joint(&self) -> &str {
+        &self.joint
     }
 
     /// The load that `fit` foretells beside the measured one, by interaction; where the joint stands or sets out it
@@ -242,6 +282,7 @@ impl Motions {
             } else {
                 0.0
             };
+            let (back, turned_back) = self.turning.back(l[i].position, l[i].speed, still);
             moments.push(Moved {
                 time: l[i].time - self.zero,
                 position: l[i].position,
@@ -250,6 +291,8 @@ impl Motions {
                 load: l[i].load,
                 lever: l[i].lever,
                 slip: travelled,
+                back,
+                turned_back,
                 still,
             });
         }
@@ -306,11 +349,11 @@ impl Family for Motions {
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {
         let dry = self.friction * (base[0] + scatter[0]).exp();
-        let one = |m: &Moved| {
+        let one = |(m, swings): (&Moved, f64)| {
             let m = m.later(base[2]);
-            let smooth = base[1] * m.gain + effort(&m, active);
+            let smooth = base[1] * m.gain + effort(&m, active) + swings;
             let load = if m.still {
-                let bound = dry * held(active);
+                let bound = dry * held(&m, active);
                 let left = m.unread(active) - smooth - scatter[1];
                 smooth + left.clamp(-bound, bound)
             } else {
@@ -318,7 +361,17 @@ impl Family for Motions {
             };
             read(&m, load, active) + scatter[1]
         };
-        self.moments[group].iter().map(one).collect()
+        let moments = &self.moments[group];
+        moments.iter().zip(loose(moments, active)).map(one).collect()
+    }
+
+    /// What a play does is close to what friction does that sets in late.
+    fn named_from(&self, law: usize) -> f64 {
+        if self.sheet.laws[law].form == form::BACKLASH {
+            PLAY
+        } else {
+            NAMED
+        }
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {

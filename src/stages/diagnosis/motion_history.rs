@@ -1,0 +1,89 @@
+//! What a joint remembers: where it turned back, and a part that swings after it.
+
+use super::family::{Active, Law, Parameter};
+use super::motion_laws::{Maker, Moved, form, logs};
+use super::motions::Scale;
+
+/// How much of a play of `half` to either side is still to be gone through, 1 to 0, its end rounded so that a fit can find it.
+pub fn freed(m: &Moved, half: f64) -> f64 {
+    // At first it may be anywhere in its play.
+    let whole = if m.turned_back { 2.0 * half } else { half };
+    1.0 / (1.0 + ((m.back - whole) / (EDGE * whole)).exp())
+}
+
+/// Share of a play over which its end is rounded.
+const EDGE: f64 = 0.08;
+
+/// Load, N·m or N, by which a part of the inertia that hangs on a spring and a damper lags behind, moment by moment:
+/// `J (w² y + 2 z w y')` with `y'' + 2 z w y' + w² y = q''`, in small steps of constant acceleration.
+pub fn loose(moments: &[Moved], active: &[Active]) -> Vec<f64> {
+    let mut load = vec![0.0; moments.len()];
+    for a in active.iter().filter(|a| a.law.form == form::LOOSE) {
+        let (inertia, rate, ratio) = (a.values[0], a.values[1].exp(), a.values[2].exp().min(0.9));
+        let [mut y, mut dy] = [0.0; 2];
+        for i in 1..moments.len() {
+            let (from, to) = (&moments[i - 1], &moments[i]);
+            let lasts = to.time - from.time;
+            let steps = (lasts / FINE).ceil().max(1.0);
+            let (dt, gain) = (lasts / steps, (to.speed - from.speed) / lasts.max(1e-9));
+            for _ in 0..steps as usize {
+                dy += (gain - 2.0 * ratio * rate * dy - rate * rate * y) * dt;
+                y += dy * dt;
+            }
+            load[i] += inertia * (rate * rate * y + 2.0 * ratio * rate * dy);
+        }
+    }
+    load
+}
+
+/// Step in which what swings is followed, s.
+const FINE: f64 = 4e-3;
+
+/// What depends on where the joint turned back, or swings after it.
+pub fn history_laws(make: &Maker, s: &Scale) -> Vec<Law> {
+    let (unit, usual, per) = if s.turns {
+        ("rad", 0.02, "kg·m²")
+    } else {
+        ("m", 2e-3, "kg")
+    };
+    let span = (s.range[1] - s.range[0]).max(1e-6);
+    let plays: Vec<f64> = [0.006, 0.015, 0.03, 0.06].iter().map(|x| x * span).collect();
+    vec![
+        make.law(
+            "backlash",
+            form::BACKLASH,
+            (
+                vec![Parameter {
+                    high: 1.0,
+                    ..Parameter::positive("share", "1", 1.0)
+                }],
+                vec![Parameter {
+                    // More would be most of the way.
+                    high: (0.25 * span).ln(),
+                    ..Parameter::scale("b", unit, usual, 0.8)
+                }],
+            ),
+            logs(&plays),
+            "whenever it turns back the joint moves freely for a while before friction is felt again",
+        ),
+        make.law(
+            "joint-loose-mass",
+            form::LOOSE,
+            (
+                vec![Parameter::positive("inertia", per, 0.3 * s.load / (25.0 * s.speed))],
+                vec![
+                    Parameter::scale("rate", "rad/s", 25.0, 0.5),
+                    Parameter {
+                        high: 0.7f64.ln(),
+                        ..Parameter::scale("damping_ratio", "1", 0.1, 0.8)
+                    },
+                ],
+            ),
+            [12.0f64, 18.0, 25.0, 35.0]
+                .iter()
+                .map(|w| vec![w.ln(), 0.1f64.ln()])
+                .collect(),
+            "something in the moved part follows late and swings",
+        ),
+    ]
+}

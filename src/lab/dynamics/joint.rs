@@ -42,8 +42,25 @@ pub(crate) struct Joint {
     rest: f64,
     limits: Option<[f64; 2]>,
     position: f64,
+    rate: f64,
     hidden: Vec<JointLaw>,
 }
+
+/// What a law that gears the second joint to the first asks of both, N·m or N along their freedom.
+pub(super) fn geared(first: &Joint, second: &Joint) -> Option<[f64; 2]> {
+    let of = |law: &JointLaw| match *law {
+        JointLaw::Coupling { ratio, stiffness } => Some((ratio, stiffness)),
+        _ => None,
+    };
+    let (ratio, stiffness) = second.hidden.iter().find_map(of)?;
+    let stretch = ratio * first.position - second.position;
+    let rate = ratio * first.rate - second.rate;
+    let effort = stiffness * (stretch + GEAR * rate);
+    Some([-ratio * effort, effort])
+}
+
+/// Damping of a gear over its stiffness, s.
+const GEAR: f64 = 0.01;
 
 impl Joint {
     /// As the bodies are at first; `axis` must be a unit vector.
@@ -88,6 +105,7 @@ impl Joint {
             rest: spec.rest,
             limits: spec.limits,
             position: 0.0,
+            rate: 0.0,
             hidden: Vec::new(),
         }
     }
@@ -95,6 +113,17 @@ impl Joint {
     /// Follows one more law from now on.
     pub fn hide(&mut self, law: JointLaw) {
         self.hidden.push(law);
+    }
+
+    /// The wrench on `b` of an effort along the freedom.
+    pub fn along(&self, a: &Frame, b: &Frame, effort: f64) -> Wrench {
+        let (axis, mut wrench) = (a.matrix * self.axis_a, Wrench::zero());
+        if self.revolute {
+            wrench.moment += axis * effort;
+        } else {
+            wrench.push(&b.point(&self.anchor_b), axis * effort);
+        }
+        wrench
     }
 
     /// The wrench on `b`; `a` gets the opposite.
@@ -161,6 +190,7 @@ impl Joint {
     /// Force or torque along the free direction: dry friction (an elastic bristle that slides at the Coulomb level),
     /// viscous damping, spring, stops that can only push.
     fn effort(&mut self, rate: f64, dt: f64) -> f64 {
+        self.rate = rate;
         let mut effort = -self.damping * rate - self.stiffness * (self.position - self.rest);
         let (mut friction, mut play) = (self.friction, 0.0);
         if !self.hidden.is_empty() {

@@ -217,6 +217,16 @@ impl Standing {
     pub fn make(&mut self, make: Make, owner: &Frame) {
         match make {
             Make::Presliding(length) => self.law = self.law.softened(length),
+            Make::Soft(compliance) if compliance > 0.0 => {
+                let before = self.spring.stiffness;
+                let stiffness = before / (1.0 + compliance * before);
+                self.spring.damping *= (stiffness / before).sqrt();
+                self.spring.stiffness = stiffness;
+                self.spring.preload *= before / stiffness;
+                // What hardens far beyond the usual would not be soft.
+                self.spring.onset = 1e-9;
+            }
+            Make::Soft(_) => {}
             Make::Pressure(share) => {
                 let far = |foot: &Foot| (foot.place(owner).0 - owner.position).xy().norm_squared();
                 let most = self.feet.iter().map(|(foot, ..)| far(foot)).fold(1e-12, f64::max);

@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::body::{Frame, RigidBody, Wrench, reach_of};
 use super::distance::Piece;
 use super::hiding::Hiding;
-use super::joint::Joint;
+use super::joint::{Joint, geared};
 use super::patch::{Patch, Spring, Standing};
 use super::prepared::{Prepared, law_of, shell_of, standing_of, standing_patches};
 use super::tool::{Hand, Touched};
@@ -264,6 +264,7 @@ impl World {
             self.bodies[joint.b].wrench.add(&wrench, 1.0);
             self.bodies[joint.a].wrench.add(&wrench, -1.0);
         }
+        self.turn_gears();
         self.hold_bonds();
         let exerted = tool.map_or(Wrench::zero(), |(hand, frame)| hand.act(frame, &mut self.bodies, dt));
         self.bodies.iter_mut().for_each(|body| body.integrate(dt));
@@ -292,6 +293,18 @@ impl World {
             let wrench = contact.patch.act(&owner.frame, &other.frame, dt);
             self.bodies[contact.owner].wrench.add(&wrench, 1.0);
             self.bodies[contact.other].wrench.add(&wrench, -1.0);
+        }
+    }
+
+    fn turn_gears(&mut self) {
+        let [first, second, ..] = self.joints.as_slice() else {
+            return;
+        };
+        let Some(efforts) = geared(first, second) else { return };
+        for (joint, effort) in [first, second].into_iter().zip(efforts) {
+            let wrench = joint.along(&self.bodies[joint.a].frame, &self.bodies[joint.b].frame, effort);
+            self.bodies[joint.b].wrench.add(&wrench, 1.0);
+            self.bodies[joint.a].wrench.add(&wrench, -1.0);
         }
     }
 

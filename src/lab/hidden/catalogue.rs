@@ -14,6 +14,7 @@ enum Shows {
     Push,
     Press,
     Turn,
+    Pair,
     Force,
 }
 
@@ -56,6 +57,7 @@ const CAUSES: &[(&str, Shows)] = &[
     ("preload", Shows::Press),
     ("stiffness-drift", Shows::Press),
     ("adhesion", Shows::Press),
+    ("support-compliance", Shows::Press),
     ("outside-ribs", Shows::Press),
     ("joint-damping", Shows::Turn),
     ("joint-quadratic-damping", Shows::Turn),
@@ -69,6 +71,7 @@ const CAUSES: &[(&str, Shows)] = &[
     ("backlash", Shows::Turn),
     ("joint-loose-mass", Shows::Turn),
     ("moving-axis", Shows::Turn),
+    ("joint-coupling", Shows::Pair),
     ("outside-joint-texture", Shows::Turn),
     ("force-bias", Shows::Force),
     ("force-bias-world", Shows::Push),
@@ -94,6 +97,9 @@ fn shows(scene: &Scene, what: Shows) -> bool {
             scene.body.iter().any(|b| &b.name == target && b.foam.is_some())
         }
         (Shows::Turn, ActionSpec::Push { target, .. } | ActionSpec::Pull { target, .. }) => hinged(target),
+        (Shows::Pair, ActionSpec::Push { target, .. } | ActionSpec::Pull { target, .. }) => {
+            scene.joint.len() > 1 && hinged(target)
+        }
         (Shows::Force, ActionSpec::Push { .. } | ActionSpec::Pull { .. } | ActionSpec::Press { .. }) => true,
         _ => false,
     })

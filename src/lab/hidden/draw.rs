@@ -204,6 +204,7 @@ impl Draw {
                 let share = s * if self.sign() > 0.0 { 1.5 } else { -0.9 };
                 return Some(Act::Make(Make::Pressure(self.say("rim", share.clamp(-0.95, 6.0)))));
             }
+            "support-compliance" => return Some(Act::Make(Make::Soft(self.say("compliance", 5e-5 * s)))),
             "presliding" => return Some(Act::Make(Make::Presliding(self.say("length", 3e-4 * s)))),
             "support-tilt" => {
                 let slope = self.heading() * self.say("angle", 0.035 * s);

@@ -129,6 +129,13 @@ impl Draw {
                 damping: self.uniform("damping_ratio", 0.05, 0.3),
                 state: None,
             },
+            "joint-coupling" => {
+                let ratio = self.uniform("ratio", 0.4, 1.2) * self.sign();
+                JointLaw::Coupling {
+                    ratio: self.say("ratio", ratio),
+                    stiffness: self.say("stiffness", 5.0 * s),
+                }
+            }
             "moving-axis" => {
                 let drift = self.heading() * self.say("drift", 0.006 * s);
                 JointLaw::MovingAxis {

@@ -30,6 +30,8 @@ pub(in crate::lab) enum JointLaw {
     },
     /// The axis wanders as the joint turns: m for each rad, in two directions across it.
     MovingAxis { drift: [f64; 2] },
+    /// The second joint of the scene is geared to the first, softly: how far it goes for each rad, and the stiffness.
+    Coupling { ratio: f64, stiffness: f64 },
     /// Outside the catalogue: dry friction that depends on the position.
     Texture { amplitude: f64, waves: f64 },
 }

@@ -14,6 +14,8 @@ pub(in crate::lab) enum Make {
     Pressure(f64),
     /// Travel before the friction is up, beyond the usual one, m.
     Presliding(f64),
+    /// The table gives by so much for each newton, m/N.
+    Soft(f64),
 }
 
 /// What is around the body in a step.

@@ -4,10 +4,11 @@
 //! With the centre of turning at `c0 + c1 q` that point moves by `de/dq = a x (e - c0 - c1 q)`, solved by
 //! `e = c1 q - (1 - R(q)) (c0' + a x c1)`: a share of it looks like an axis that is elsewhere, which the plain model has.
 
-use nalgebra::{Isometry3, Point3, Rotation2, Vector2, Vector3};
+use nalgebra::{Rotation2, Vector2, Vector3};
 
 use super::Quantity;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Law, Parameter, Scatter, Sheet};
+use super::joint_paths::{JointMoment, joint_path, travelled};
 use crate::capture::{Capture, Interaction};
 use crate::math::median;
 use crate::twin::{Joint, JointKind, Model};
@@ -48,37 +49,20 @@ pub fn of_all_axes(capture: &Capture, model: &Model) -> Vec<Axes> {
     hinges.filter_map(|j| Axes::new(capture, model, j)).collect()
 }
 
-/// Angle and place of the point on the axis across it, sample by sample.
+/// Time, angle and place of the point on the axis across it, sample by sample.
 fn path(interaction: &Interaction, model: &Model, joint: &Joint) -> Option<Vec<(f64, f64, Vector2<f64>)>> {
-    let home = |name: &str| model.twin.link(name).map(|l| l.pose.0);
-    let (child, parent) = (home(&joint.child)?, home(&joint.parent)?);
-    let track = interaction.tracks.get(&joint.child)?;
-    let carrier = interaction.tracks.get(&joint.parent);
-    let (axis, origin) = (Vector3::from(joint.axis.value), Point3::from(joint.origin.value));
+    let moments = joint_path(interaction, model, joint)?;
+    let axis = Vector3::from(joint.axis.value);
     let first = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
     let second = axis.cross(&first);
-    let start = interaction.force.as_ref().and_then(|f| f.time.first().copied());
-    let mut out = Vec::new();
-    for i in 0..track.len() {
-        let (Some(pose), t) = (track.pose(i), track.time[i]) else {
-            continue;
-        };
-        let carried: Isometry3<f64> = match carrier {
-            Some(c) => match c.pose(c.time.partition_point(|x| *x < t).min(c.len().saturating_sub(1))) {
-                Some(p) => p.0,
-                None => continue,
-            },
-            None => parent,
-        };
-        let moved = parent * carried.inverse() * pose.0 * child.inverse();
-        let angle = moved.rotation.scaled_axis().dot(&axis);
-        let strays = moved * origin - origin;
-        let since = t - start.unwrap_or(track.time[0]);
-        out.push((since, angle, Vector2::new(strays.dot(&first), strays.dot(&second))));
-    }
-    let angles = || out.iter().map(|o| o.1);
-    let turned = angles().fold(f64::NEG_INFINITY, f64::max) - angles().fold(f64::INFINITY, f64::min);
-    (turned > TURNS).then_some(out)
+    let across = |m: &JointMoment| {
+        (
+            m.time,
+            m.position,
+            Vector2::new(m.strays.dot(&first), m.strays.dot(&second)),
+        )
+    };
+    (travelled(&moments) > TURNS).then(|| moments.iter().map(across).collect())
 }
 
 /// Means over stretches of one step of the angle, with the noise of a mean across the axis.

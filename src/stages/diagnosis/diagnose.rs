@@ -4,9 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::axes::of_all_axes;
 use super::compare::{base_fit, verdict};
+use super::coupling::coupling_findings;
 use super::delay::delay_finding;
 use super::family::Family;
 use super::frames::frame_finding;
+use super::given::{finger_findings, scale_finding};
 use super::inertia;
 use super::joints::joint_findings;
 use super::motions::{Motions, of_all_joints};
@@ -16,6 +18,7 @@ use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
 use super::sensor::{rounded_away, sensor_findings};
+use super::sinking::sinking_findings;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
 use super::white::whiteness;
@@ -256,6 +259,10 @@ fn name_causes(
     }
     let of_joints = joint_findings(model, findings);
     findings.extend(of_joints);
+    findings.extend(coupling_findings(capture, segmented, model));
+    findings.extend(sinking_findings(capture, segmented, model));
+    findings.extend(scale_finding(capture, segmented));
+    findings.extend(finger_findings(capture, segmented, model));
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &untestable, done), loads)
 }

@@ -1,11 +1,10 @@
 //! What fast pushes followed as a whole find: what has to be sped up is not what is weighed; force and track have two clocks.
 
-use std::collections::BTreeMap;
-
+use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::math::random_effects;
 use crate::stages::estimation::Inertial;
-use crate::twin::{CauseOdds, Evidence, Finding, Gain, Link, Model};
+use crate::twin::{Finding, Link, Model};
 
 /// Standard deviations from the plain value from which on it counts, p below 6e-7; and the share from which on.
 const CLEAR: (f64, f64) = (5.0, 0.15);
@@ -111,39 +110,28 @@ pub fn delay_finding(all: &[Inertial]) -> Option<Finding> {
     let from: Vec<String> = fitted.iter().map(|i| i.interaction.clone()).collect();
     let (before, after) = (rms(0.0), rms(pooled.mean));
     // The track is late where the force is early.
-    let tau = Estimate::measured(
-        -pooled.mean,
-        pooled.sd,
-        "s",
-        from.clone(),
-        "fast pushes followed as a whole",
-    );
-    Some(Finding {
-        cause: "time-delay".into(),
-        place: "sensor".into(),
+    let tau = Estimate::measured(-pooled.mean, pooled.sd, "s", from, "fast pushes followed as a whole");
+    let told = Told {
+        cause: "time-delay",
+        place: "sensor",
         probability: 0.95,
-        alternatives: Vec::new(),
-        parameters: BTreeMap::from([("tau".to_owned(), tau)]),
-        evidence: vec![Evidence {
-            residual: format!("way of {}", from.join(", ")),
-            test: "value over its standard deviation".into(),
-            statistic,
-            p_value: (-0.5 * statistic * statistic).exp(),
-            words: format!(
-                "the track is read {:.1} ms {} than the force",
-                1e3 * pooled.mean.abs(),
-                if pooled.mean < 0.0 { "later" } else { "earlier" }
-            ),
-        }],
-        gain: Gain {
-            quantity: "position".into(),
-            rmse_before: before,
-            rmse_after: after,
-            unit: "m".into(),
-            held_out: held.iter().map(|i| i.interaction.clone()).collect(),
-            reduction: if before > 0.0 { 1.0 - after / before } else { 0.0 },
-        },
-    })
+        rivals: &[],
+        parameter: ("tau", tau),
+        residual: "way",
+        statistic,
+        words: format!(
+            "the track is read {:.1} ms {} than the force",
+            1e3 * pooled.mean.abs(),
+            if pooled.mean < 0.0 { "later" } else { "earlier" }
+        ),
+        gain: gain(
+            "position",
+            "m",
+            [before, after],
+            held.iter().map(|i| i.interaction.clone()).collect(),
+        ),
+    };
+    Some(told.finding())
 }
 
 fn finding(ratio: &Ratio, place: &str, scale: f64, swings: f64) -> Finding {
@@ -161,32 +149,18 @@ fn finding(ratio: &Ratio, place: &str, scale: f64, swings: f64) -> Finding {
     let share = Estimate::measured(factor - 1.0, factor * ratio.sd, "1", ratio.from.clone(), method);
     let statistic = ratio.mean.abs() / ratio.sd;
     let [before, after] = ratio.left.map(|r| r * scale);
-    let mut odds = [("added-inertia", 0.95 - loose), ("loose-mass", loose)].map(|(cause, probability)| CauseOdds {
-        cause: cause.into(),
-        probability,
-    });
-    odds.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let [first, second] = odds;
-    Finding {
-        cause: first.cause,
-        place: place.to_owned(),
-        probability: first.probability,
-        alternatives: Some(second).filter(|s| s.probability > 0.0).into_iter().collect(),
-        parameters: BTreeMap::from([("e".to_owned(), share)]),
-        evidence: vec![Evidence {
-            residual: format!("way of {}", ratio.from.join(", ")),
-            test: "value over its standard deviation".into(),
-            statistic,
-            p_value: (-0.5 * statistic * statistic).exp(),
-            words: format!("what has to be sped up is {factor:.2} times what is weighed"),
-        }],
-        gain: Gain {
-            quantity: "force".into(),
-            rmse_before: before,
-            rmse_after: after,
-            unit: "N".into(),
-            held_out: ratio.held_out.clone(),
-            reduction: 1.0 - after / before.max(1e-12),
-        },
-    }
+    let mut odds = [("added-inertia", 0.95 - loose), ("loose-mass", loose)];
+    odds.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let told = Told {
+        cause: odds[0].0,
+        place,
+        probability: odds[0].1,
+        rivals: &odds[1..],
+        parameter: ("e", share),
+        residual: "way",
+        statistic,
+        words: format!("what has to be sped up is {factor:.2} times what is weighed"),
+        gain: gain("force", "N", [before, after], ratio.held_out.clone()),
+    };
+    told.finding()
 }

@@ -33,7 +33,7 @@ pub fn centre_findings(capture: &Capture, segmented: &[Segmented], model: &Model
         };
         let mut without = model.clone();
         offset.take_away(&mut without, &name);
-        let Some(gain) = gain(capture, segmented, (&without, model), &offset, &name) else {
+        let Some(gain) = gain(capture, segmented, (&without, model), &offset.from, &name) else {
             continue;
         };
         offset.take_away(&mut plain, &name);
@@ -126,16 +126,16 @@ impl Offset {
     }
 }
 
-/// The quantity that gains most on touches of the link which did not tell its centre: sealed ones, else such as
-/// were not used for it. Nothing where they get worse.
-fn gain(
+/// The quantity that gains most on touches of the link which did not tell what is new: sealed ones, else such as
+/// were not used for it (`from`). Nothing where they get worse.
+pub fn gain(
     capture: &Capture,
     segmented: &[Segmented],
     (without, with): (&Model, &Model),
-    offset: &Offset,
+    from: &[String],
     name: &str,
 ) -> Option<Gain> {
-    let touches = |i: &&Interaction| i.tracks.contains_key(name) && !offset.from.contains(&i.name);
+    let touches = |i: &&Interaction| i.tracks.contains_key(name) && !from.contains(&i.name);
     let sealed: Vec<&Interaction> = capture
         .interactions
         .iter()

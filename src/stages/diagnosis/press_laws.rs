@@ -24,7 +24,11 @@ mod form {
     pub const LAG: usize = 17;
     pub const SET_ALL_OVER: usize = 18;
     pub const MULLINS_ALL_OVER: usize = 19;
+    pub const STOPS: usize = 20;
 }
+
+/// Ways after which the stops of a Prandtl-Ishlinskii model give way, over their middle (Visintin 1994).
+const STOPS: [f64; 4] = [0.35, 0.7, 1.4, 2.8];
 
 /// How much lower presses as deep as these (m; here, and anywhere on the body) have left the surface, m.
 fn lower(a: &Active, deepest: [f64; 2]) -> f64 {
@@ -53,6 +57,8 @@ pub struct Memory {
     arm: f64,
     /// State of the hysteretic element, −1 to 1.
     loop_state: f64,
+    /// Stretch of the stops, m.
+    stops: [f64; STOPS.len()],
     /// Depth before, m.
     before: f64,
     /// Reading of a slow sensor, N.
@@ -71,6 +77,7 @@ impl Memory {
             past,
             arm: 0.0,
             loop_state: 0.0,
+            stops: [0.0; STOPS.len()],
             before: 0.0,
             slow: 0.0,
             first: true,
@@ -125,6 +132,16 @@ impl Memory {
                 let turn = moved / v[1].exp();
                 self.loop_state = (self.loop_state + turn - turn.abs() * self.loop_state).clamp(-1.0, 1.0);
                 if touching { v[0] * self.loop_state } else { 0.0 }
+            }
+            form::STOPS => {
+                let middle = v[1].exp();
+                let mut sum = 0.0;
+                for (stretch, reach) in self.stops.iter_mut().zip(STOPS) {
+                    let limit = reach * middle;
+                    *stretch = (*stretch + moved).clamp(-limit, limit);
+                    sum += *stretch / limit;
+                }
+                if touching { v[0] * sum / STOPS.len() as f64 } else { 0.0 }
             }
             form::GUIDE if touching => v[0] * (m.rate / 1e-4).tanh(),
             form::MULLINS => used(self.deepest[0]),
@@ -204,7 +221,7 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
         high: deepest,
         ..Parameter::place(name, 0.5 * deepest, 1e-3f64.min(0.3 * deepest))
     };
-    let notches = [0.25, 0.5, 0.75]
+    let notches = [0.25, 0.5, 0.75, 1.1]
         .iter()
         .flat_map(|d| [1.5e-4f64, 4e-4].map(|w| vec![d * deepest, w.ln()]))
         .collect();
@@ -239,7 +256,14 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
             "snap-through",
             form::SNAP,
             vec![Parameter::positive("A", "N", 1.0)],
-            vec![at("us"), Parameter::scale("w", "m", 3e-4, 0.6)],
+            vec![
+                // Of one that lies a little deeper the flank is felt.
+                Parameter {
+                    high: 1.3 * deepest,
+                    ..at("us")
+                },
+                Parameter::scale("w", "m", 3e-4, 0.6),
+            ],
             notches,
             "the force drops at one depth",
         ),
@@ -292,6 +316,16 @@ fn memory_laws(deepest: f64) -> Vec<Law> {
 }
 
 fn history_laws() -> Vec<Law> {
+    let looped = |form| {
+        law(
+            "elastic-hysteresis",
+            form,
+            vec![Parameter::positive("A", "N", 0.5)],
+            vec![Parameter::scale("d", "m", 1e-3, 0.6)],
+            logs(&[3e-4, 1e-3, 2e-3]),
+            "going in costs more than coming out gives back, at any speed",
+        )
+    };
     vec![
         plain(
             "elastic-damping",
@@ -307,14 +341,8 @@ fn history_laws() -> Vec<Law> {
             logs(&[0.1, 0.3, 1.0, 3.0]),
             "the force sinks while the tool stands still",
         ),
-        law(
-            "elastic-hysteresis",
-            form::HYSTERESIS,
-            vec![Parameter::positive("A", "N", 0.5)],
-            vec![Parameter::scale("d", "m", 1e-3, 0.6)],
-            logs(&[3e-4, 1e-3, 2e-3]),
-            "going in costs more than coming out gives back, at any speed",
-        ),
+        looped(form::HYSTERESIS),
+        looped(form::STOPS),
         plain(
             "guide-friction",
             form::GUIDE,

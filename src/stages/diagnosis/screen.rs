@@ -60,6 +60,11 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
                 .filter_map(|shape| score(family, base, law, shape))
                 .collect();
             points.sort_by(|a, b| b.0.total_cmp(&a.0));
+            // Without an amplitude the base is not told to make room: it may also have to start afresh.
+            if family.laws()[law].amplitudes == 0 {
+                let afresh = points.first().map(|p| (p.0, fresh(family, &p.1)));
+                points.splice(1..1, afresh);
+            }
             let best = points.first().map_or(0.0, |p| p.0);
             Scored {
                 law,
@@ -70,6 +75,13 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
         .collect();
     scored.sort_by(|a, b| b.score.total_cmp(&a.score));
     scored
+}
+
+/// The start with the family's own base as it is before any data.
+fn fresh(family: &dyn Family, start: &[f64]) -> Vec<f64> {
+    let mut out = start.to_vec();
+    out.iter_mut().zip(family.base()).for_each(|(x, p)| *x = p.centre);
+    out
 }
 
 /// Gain in nats of the best amplitude of a law at fixed shape, and the start that it gives; nothing where the data do

@@ -1,0 +1,63 @@
+//! A finding that rests on one number, which leaves its plain value beyond doubt.
+
+use std::collections::BTreeMap;
+
+use crate::base::Estimate;
+use crate::twin::{CauseOdds, Evidence, Finding, Gain};
+
+/// What is told.
+pub struct Told<'a> {
+    pub cause: &'a str,
+    pub place: &'a str,
+    pub probability: f64,
+    /// Other causes that would do, with their odds.
+    pub rivals: &'a [(&'a str, f64)],
+    /// As the catalogue calls it, and how far from the plain value it is.
+    pub parameter: (&'a str, Estimate),
+    /// Where it shows: `way`, `force`, ….
+    pub residual: &'a str,
+    /// Standard deviations from the plain value.
+    pub statistic: f64,
+    pub words: String,
+    pub gain: Gain,
+}
+
+impl Told<'_> {
+    /// As `diagnosis.json` says it.
+    pub fn finding(self) -> Finding {
+        let (name, value) = self.parameter;
+        let rivals = self.rivals.iter().filter(|r| r.1 > 0.0);
+        Finding {
+            cause: self.cause.into(),
+            place: self.place.into(),
+            probability: self.probability,
+            alternatives: rivals
+                .map(|(cause, probability)| CauseOdds {
+                    cause: (*cause).into(),
+                    probability: *probability,
+                })
+                .collect(),
+            evidence: vec![Evidence {
+                residual: format!("{} of {}", self.residual, value.from.join(", ")),
+                test: "value over its standard deviation".into(),
+                statistic: self.statistic,
+                p_value: (-0.5 * self.statistic * self.statistic).exp(),
+                words: self.words,
+            }],
+            parameters: BTreeMap::from([(name.to_owned(), value)]),
+            gain: self.gain,
+        }
+    }
+}
+
+/// A gain on interactions that were not fitted; the reduction follows from the errors.
+pub fn gain(quantity: &str, unit: &str, [before, after]: [f64; 2], held_out: Vec<String>) -> Gain {
+    Gain {
+        quantity: quantity.into(),
+        rmse_before: before,
+        rmse_after: after,
+        unit: unit.into(),
+        held_out,
+        reduction: if before > 0.0 { 1.0 - after / before } else { 0.0 },
+    }
+}

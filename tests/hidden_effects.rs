@@ -121,11 +121,49 @@ fn a_part_of_the_mass_that_swings_is_found() {
 }
 
 #[test]
+fn a_play_and_a_swinging_part_of_a_joint_are_found() {
+    let run = probed("probe-hinge", "backlash", 3);
+    assert_eq!(named(&run), ["backlash"]);
+    let half = &run.diagnosis.findings[0].parameters["b"];
+    assert!((half.value / 0.03 - 1.0).abs() < 0.15, "{}", half.value);
+    let run = probed("probe-hinge", "joint-loose-mass", 3);
+    assert_eq!(named(&run), ["joint-loose-mass"]);
+    let rate = &run.diagnosis.findings[0].parameters["rate"];
+    assert!((rate.value / 21.834 - 1.0).abs() < 0.05, "{}", rate.value);
+}
+
+#[test]
+fn an_axis_that_wanders_and_a_joint_that_follows_are_found() {
+    assert_eq!(named(&probed("probe-hinge", "moving-axis", 3)), ["moving-axis"]);
+    let run = probed("probe-pair", "joint-coupling", 3);
+    assert_eq!(named(&run), ["joint-coupling"]);
+    let ratio = &run.diagnosis.findings[0].parameters["rho"];
+    assert!((ratio.value / 0.873 - 1.0).abs() < 0.02, "{}", ratio.value);
+    assert!(named(&probed("probe-pair", "none", 3)).is_empty());
+}
+
+#[test]
+fn a_support_that_gives_is_found() {
+    let run = probed("probe-presses", "support-compliance:4", 3);
+    assert_eq!(named(&run), ["support-compliance"]);
+    let found = &run.diagnosis.findings[0].parameters["compliance"];
+    assert!((found.value / 2e-4 - 1.0).abs() < 0.1, "{} m/N", found.value);
+}
+
+#[test]
+fn a_tether_that_is_slack_at_first_is_found() {
+    let run = probed("probe-pushes", "tether", 4);
+    assert_eq!(named(&run), ["tether"]);
+    let stiffness = &run.diagnosis.findings[0].parameters["k"];
+    assert!((stiffness.value / 20.0 - 1.0).abs() < 0.15, "{}", stiffness.value);
+}
+
+#[test]
 fn what_these_data_cannot_show_is_listed_with_what_would() {
     let run = probed("probe-presses", "none", 21);
     let shown = |cause: &str| {
         let mut all = run.diagnosis.experiments.iter().flat_map(|e| &e.parts);
         all.any(|p| p == cause)
     };
-    assert!(shown("friction-patch") && shown("support-compliance") && !shown("joint-damping"));
+    assert!(shown("friction-patch") && shown("tether") && !shown("support-compliance") && !shown("joint-damping"));
 }

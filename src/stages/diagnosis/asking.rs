@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use crate::twin::{Experiment, Finding};
 
 /// Sets of causes and the experiment that parts them.
-const PARTING: [(&[&str], &str); 17] = [
+const PARTING: [(&[&str], &str); 25] = [
     (
         &["bump", "friction-patch", "magnet"],
         "push across the same place in the opposite direction, then again with a known load on top: what resists both \
@@ -38,7 +38,7 @@ const PARTING: [(&[&str], &str); 17] = [
         "push along one line at four speeds or more, each twice as fast as the one before",
     ),
     (
-        &["static-ageing", "breakaway-bond"],
+        &["static-ageing", "breakaway-bond", "velocity-weakening-friction"],
         "repeat the first push at once and after a wait of a minute",
     ),
     (
@@ -90,6 +90,49 @@ const PARTING: [(&[&str], &str); 17] = [
         &["force-crosstalk", "tool-friction"],
         "push a face squarely, then at 30 degrees from either side",
     ),
+    (
+        &["hidden-body", "friction-patch"],
+        "stop, retreat and push on along the same way: a thing that was pushed along is met where it was left, a patch where it was",
+    ),
+    (
+        &[
+            "joint-damping",
+            "joint-quadratic-damping",
+            "soft-close",
+            "velocity-weakening-friction",
+        ],
+        "move the joint through the same range at four speeds, each twice as fast as the one before",
+    ),
+    (
+        &["joint-spring", "joint-gravity", "limit-compliance"],
+        "move the joint slowly through all of its range, more than 60 degrees if it can, then tip what it is fixed to and repeat",
+    ),
+    (
+        &["detent", "latch"],
+        "pass the place slowly both ways, and move the joint past its closed end if it can",
+    ),
+    (
+        &["backlash", "joint-stiction"],
+        "reverse the joint in small steps, each a little larger than the one before, and hold the force before it moves",
+    ),
+    (
+        &["joint-gravity", "lever-arm"],
+        "move the joint by a handle at half the radius",
+    ),
+    (
+        &[
+            "force-gain",
+            "load-dependent-friction",
+            "added-inertia",
+            "force-bias",
+            "gravity-error",
+        ],
+        "hang a known weight on the tool, let the body coast, and read the force without contact",
+    ),
+    (
+        &["support-compliance", "length-scale", "tracking-error"],
+        "press something much stiffer at the same place of the support, in view of the track",
+    ),
 ];
 
 /// What was done to the things of a capture, as far as the laws of it could be asked for.
@@ -99,8 +142,8 @@ pub struct Done {
     pub pressed: bool,
     /// Joints were moved through what shows their laws.
     pub turned: bool,
-    /// There are joints.
-    pub jointed: bool,
+    /// How many joints there are.
+    pub joints: usize,
     pub tossed: bool,
 }
 
@@ -144,7 +187,7 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
             "press into what may give, to several depths at two rates, hold each for three seconds, and do the deepest twice",
         ));
     }
-    if done.jointed && !done.turned {
+    if done.joints > 0 && !done.turned {
         out.push((
             &[
                 "joint-stiction",
@@ -155,6 +198,9 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
                 "latch",
                 "soft-close",
                 "limit-compliance",
+                "backlash",
+                "joint-loose-mass",
+                "moving-axis",
             ],
             "move the joint through all of its range and back, by a handle, at three speeds or more",
         ));
@@ -165,20 +211,14 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
             "hang a known weight on the tool, and repeat a push with two known loads on top",
         ));
         out.push((
-            &["yaw-inertia", "rolling-resistance", "presliding", "contact-law", "tool-friction"],
+            &["yaw-inertia", "rolling-resistance", "presliding", "contact-law"],
             "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
         ));
     }
-    if done.pressed {
+    if done.turned && done.joints < 2 {
         out.push((
-            &["support-compliance"],
-            "press something much stiffer at the same place of the support, in view of the track",
-        ));
-    }
-    if done.turned {
-        out.push((
-            &["backlash", "joint-loose-mass", "joint-coupling", "moving-axis"],
-            "reverse the joint in small steps, stop it short, hold every other joint meanwhile, with tracked marks at two radii",
+            &["joint-coupling"],
+            "move the joint with everything near it in view: what moves along with it is geared to it",
         ));
     }
     out

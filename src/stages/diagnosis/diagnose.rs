@@ -238,7 +238,7 @@ fn name_causes(
         pushed: pushes.is_some(),
         pressed: presses.is_some(),
         turned: !motions.is_empty(),
-        jointed: model.twin.joints().next().is_some(),
+        joints: model.twin.joints().count(),
         tossed: !tossed.is_empty(),
     };
     for tosses in tossed {

@@ -26,6 +26,7 @@ mod named;
 mod naming;
 mod offset;
 mod predict;
+mod press_catalogue;
 mod press_laws;
 mod presses;
 mod profile;

@@ -32,6 +32,7 @@ pub mod form {
     pub const RATE_STATE: usize = 22;
     pub const HIDDEN_BODY: usize = 23;
     pub const LOOSE_MASS: usize = 24;
+    pub const TETHER_SLACK: usize = 25;
 }
 
 /// Multiplies friction.
@@ -125,6 +126,9 @@ pub fn way_of(active: &Active) -> Vector2<f64> {
     Vector2::new(active.values[1].cos(), active.values[1].sin())
 }
 
+/// Length over which a slack tether comes taut, m.
+const TAUT: f64 = 1e-3;
+
 /// Adds to friction along the motion, N.
 pub fn viscous(active: &Active, s: &State, force: &mut f64) {
     let v = active.values;
@@ -147,6 +151,12 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
         form::TILT => Vector2::new(v[0], v[1]) * load,
         form::BUMP => hill(v[1], v[2], v[3].exp()) * (-v[0] * load),
         form::MAGNET => hill(v[1], v[2], v[3].exp()) * v[0],
+        form::TETHER_SLACK => {
+            let (way, start) = (way_of(active), v[2]);
+            // Rounded over a millimetre, so that a fit can find the place.
+            let beyond = (way.dot(&s.at) - start) / TAUT;
+            way * (v[0] * TAUT * if beyond > 30.0 { beyond } else { beyond.exp().ln_1p() })
+        }
         form::TETHER => (s.at - Vector2::new(v[1], v[2])) * v[0],
         _ => Vector2::zeros(),
     };

@@ -1,5 +1,7 @@
 //! The laws of a push that belong to places: of the table, and of what stands or pulls in the room.
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector2;
 
 use super::family::{Law, Parameter};
@@ -112,8 +114,37 @@ pub(super) fn far_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             vec![Vec::new()],
             "gravity does not point where the capture says",
         ),
+        slack(pushes, middle, sd),
         in_the_way(pushes, middle, sd, scale),
     ]
+}
+
+/// A tether that is slack at first: beyond a line it pulls back, as one whose far end is far away does.
+fn slack(pushes: &Pushes, middle: Vector2<f64>, sd: f64) -> Law {
+    let places: Vec<Vector2<f64>> = pushes.ways().flat_map(|(_, at)| at).collect();
+    let angles = (0..8).map(|k| f64::from(k) * PI / 4.0 - PI);
+    let starts = angles.flat_map(|angle| {
+        let way = Vector2::new(angle.cos(), angle.sin());
+        let along = || places.iter().map(|p| way.dot(p));
+        let (low, high) = (
+            along().fold(f64::INFINITY, f64::min),
+            along().fold(f64::NEG_INFINITY, f64::max),
+        );
+        [0.15, 0.4, 0.65].map(|share| vec![angle, low + share * (high - low)])
+    });
+    let angle = Parameter {
+        unit: "rad",
+        ..Parameter::place("direction", 0.0, 2.0)
+    };
+    law(
+        "tether",
+        "support",
+        form::TETHER_SLACK,
+        vec![Parameter::positive("k", "N/m", 20.0)],
+        vec![angle, Parameter::place("slack", 0.0, middle.norm() + sd)],
+        starts.collect(),
+        "beyond some place something pulls the body back the farther it goes",
+    )
 }
 
 /// A thing that nobody saw, somewhere in the way of the pushes.

@@ -1,0 +1,237 @@
+//! The laws that presses can show, with the priors of their parameters and where a fit of them may start.
+
+use super::family::{Law, Parameter};
+use super::press_laws::form;
+use super::presses::Presses;
+
+fn law(
+    cause: &'static str,
+    form: usize,
+    amplitudes: Vec<Parameter>,
+    shapes: Vec<Parameter>,
+    grid: Vec<Vec<f64>>,
+    words: &'static str,
+) -> Law {
+    let count = amplitudes.len();
+    let parameters = amplitudes.into_iter().chain(shapes).collect();
+    let sensor = (form::BIAS..=form::LAG).contains(&form);
+    let place = if sensor { "sensor" } else { "body" }.into();
+    Law {
+        cause,
+        place,
+        form,
+        parameters,
+        amplitudes: count,
+        grid,
+        words,
+    }
+}
+
+/// Every law that presses can show.
+pub fn press_laws(presses: &Presses) -> Vec<Law> {
+    let mut laws = curve_laws(presses.deepest.max(1e-5));
+    laws.extend(history_laws());
+    laws.extend(memory_laws(presses.deepest.max(1e-5)));
+    laws.extend(sensor_laws(presses));
+    laws
+}
+
+fn plain(cause: &'static str, form: usize, amplitude: Parameter, words: &'static str) -> Law {
+    law(cause, form, vec![amplitude], Vec::new(), vec![Vec::new()], words)
+}
+
+fn logs(values: &[f64]) -> Vec<Vec<f64>> {
+    values.iter().map(|v| vec![v.ln()]).collect()
+}
+
+fn curve_laws(deepest: f64) -> Vec<Law> {
+    let depths = |shares: &[f64]| shares.iter().map(|s| vec![s * deepest]).collect::<Vec<_>>();
+    let at = |name| Parameter {
+        low: 0.0,
+        high: deepest,
+        ..Parameter::place(name, 0.5 * deepest, 1e-3f64.min(0.3 * deepest))
+    };
+    let notches = [0.25, 0.5, 0.75, 1.1]
+        .iter()
+        .flat_map(|d| [1.5e-4f64, 4e-4].map(|w| vec![d * deepest, w.ln()]))
+        .collect();
+    vec![
+        plain(
+            "hardening-stiffness",
+            form::CURVED,
+            Parameter {
+                low: -0.9,
+                ..Parameter::amplitude("a", "1", 0.3)
+            },
+            "the force bends away from a straight line with depth, the same in and out",
+        ),
+        law(
+            "second-stage",
+            form::STAGE,
+            vec![Parameter::positive("k2_over_k", "1", 0.4)],
+            vec![at("d")],
+            depths(&[0.2, 0.35, 0.5, 0.65, 0.8]),
+            "from some depth on a second spring bears",
+        ),
+        plain(
+            "power-law-stiffness",
+            form::POWER,
+            Parameter {
+                low: -0.8,
+                ..Parameter::amplitude("h", "1", 0.3)
+            },
+            "the force grows as a power of the depth",
+        ),
+        law(
+            "snap-through",
+            form::SNAP,
+            vec![Parameter::positive("A", "N", 1.0)],
+            vec![
+                // Of one that lies a little deeper the flank is felt.
+                Parameter {
+                    high: 1.3 * deepest,
+                    ..at("us")
+                },
+                Parameter::scale("w", "m", 3e-4, 0.6),
+            ],
+            notches,
+            "the force drops at one depth",
+        ),
+        law(
+            "preload",
+            form::PRELOAD,
+            vec![Parameter::positive("F0", "N", 0.5)],
+            // The tip of the finger and what holds the thing back give a little.
+            vec![Parameter::scale("over", "m", 5e-5, 0.8)],
+            logs(&[2e-5, 1e-4]),
+            "the force steps up at first contact",
+        ),
+    ]
+}
+
+/// What a deep press leaves behind, at its spot or, under a stiff skin, all over.
+fn memory_laws(deepest: f64) -> Vec<Law> {
+    let yields = || Parameter {
+        low: 0.0,
+        ..Parameter::place("uy", 0.3 * deepest, 0.3 * deepest)
+    };
+    let share = || Parameter {
+        high: 0.95,
+        ..Parameter::positive("a", "1", 0.2)
+    };
+    let set = |form| {
+        law(
+            "plastic-set",
+            form,
+            vec![share()],
+            vec![yields()],
+            vec![vec![0.0], vec![0.3 * deepest], vec![0.6 * deepest]],
+            "the surface stays lower after a deep press",
+        )
+    };
+    let used = |form| {
+        plain(
+            "softening-by-use",
+            form,
+            share(),
+            "where it was pressed before it is softer",
+        )
+    };
+    vec![
+        set(form::SET),
+        set(form::SET_ALL_OVER),
+        used(form::MULLINS),
+        used(form::MULLINS_ALL_OVER),
+    ]
+}
+
+fn history_laws() -> Vec<Law> {
+    let looped = |form| {
+        law(
+            "elastic-hysteresis",
+            form,
+            vec![Parameter::positive("A", "N", 0.5)],
+            vec![Parameter::scale("d", "m", 1e-3, 0.6)],
+            logs(&[3e-4, 1e-3, 2e-3]),
+            "going in costs more than coming out gives back, at any speed",
+        )
+    };
+    vec![
+        plain(
+            "elastic-damping",
+            form::DAMPING,
+            Parameter::positive("c_over_k", "s", 0.03),
+            "the force depends on how fast the tool goes in",
+        ),
+        law(
+            "stress-relaxation",
+            form::RELAXATION,
+            vec![Parameter::positive("s", "1", 0.2)],
+            vec![Parameter::scale("tau", "s", 0.5, 0.8)],
+            logs(&[0.1, 0.3, 1.0, 3.0]),
+            "the force sinks while the tool stands still",
+        ),
+        looped(form::HYSTERESIS),
+        looped(form::STOPS),
+        plain(
+            "guide-friction",
+            form::GUIDE,
+            Parameter::positive("Fc", "N", 0.4),
+            "a constant friction opposes going in and coming out",
+        ),
+        plain(
+            "stiffness-drift",
+            form::DRIFT,
+            Parameter::amplitude("kappa", "1/s", 1e-3),
+            "the stiffness changes with time",
+        ),
+        plain(
+            "adhesion",
+            form::ADHESION,
+            Parameter::positive("Fa", "N", 0.5),
+            "it clings to the tool on the way out",
+        ),
+    ]
+}
+
+fn sensor_laws(presses: &Presses) -> Vec<Law> {
+    let largest = presses.largest.max(1e-2);
+    vec![
+        plain(
+            "force-bias",
+            form::BIAS,
+            Parameter::amplitude("b", "N", 0.3),
+            "the sensor reads a force without touching",
+        ),
+        plain(
+            "force-drift",
+            form::SENSOR_DRIFT,
+            Parameter::amplitude("d", "N/s", 0.1 / 60.0),
+            "the reading without touching creeps with time",
+        ),
+        law(
+            "force-saturation",
+            form::SATURATION,
+            Vec::new(),
+            // Nothing larger than the limit can have been read.
+            vec![Parameter {
+                low: (0.97 * largest).ln(),
+                ..Parameter::scale("Fs", "N", largest, 0.3)
+            }],
+            vec![vec![(0.985 * largest).ln()]],
+            "the sensor cuts off large forces",
+        ),
+        plain(
+            "time-delay",
+            form::DELAY,
+            Parameter::amplitude("tau", "s", 0.03),
+            "the motion is recorded later than the force",
+        ),
+        plain(
+            "sensor-lag",
+            form::LAG,
+            Parameter::positive("Tf", "s", 0.05),
+            "the force sensor follows slowly",
+        ),
+    ]
+}

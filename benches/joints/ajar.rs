@@ -66,7 +66,8 @@ pub fn run_all(count: u64) {
         .into_par_iter()
         .flat_map_iter(|(seed, degrees, hinge)| {
             let (scene, _) = ajar(seed, degrees, hinge);
-            let capture = recorded(&scene, seed).capture;
+            let way = if hinge { "hinge" } else { "slide" };
+            let capture = recorded(&scene, &format!("ajar-{seed}-{degrees}-{way}"), seed);
             [false, true].map(|alone| {
                 let capture = if alone {
                     by_hand(&capture, seed)

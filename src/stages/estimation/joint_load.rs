@@ -4,8 +4,9 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Config;
-use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
-use crate::capture::{Interaction, PoseStream, Segmented, path_of, position_noise};
+use super::evidence::{MeanWrench, Tare, mean_wrench, motion_at, tare_of, tool_at};
+use super::standing::standing;
+use crate::capture::{Interaction, PoseStream, Segmented, WrenchStream, path_of, position_noise};
 use crate::math::quantile;
 use crate::twin::{Joint, JointKind, Link, Model};
 
@@ -40,6 +41,8 @@ pub(super) struct JointAtWork<'a> {
     hand: Option<&'a PoseStream>,
     /// Where that point is at the joint's position 0.
     held: Point3<f64>,
+    /// Where the parent stands throughout, if it does.
+    stands: Option<Isometry3<f64>>,
     /// Path of a tool that holds the tracked child and is known more finely than the track.
     leads: Option<&'a PoseStream>,
 }
@@ -51,6 +54,8 @@ pub(super) struct Span {
     pub half: f64,
     /// The same of the tool's path, where that is what tells the child's motion.
     pub led: Option<f64>,
+    /// Forces are weighted over the span of the velocities as those are.
+    pub matched: bool,
 }
 
 /// Blocks that a stretch of sliding is cut into at least, the shortest of them, s, and half the span of the parabola in
@@ -69,8 +74,39 @@ impl Span {
             block,
             half: if led { config.smoothing.max(0.15) } else { half },
             led: led.then_some(half),
+            matched: true,
         }
     }
+
+    /// The mean wrench that goes with the velocity about `t`. The slope of a parabola over ±h is the mean of the velocity
+    /// with the weights 1 - (s/h)²; a balance of momentum holds for means of both with the same weights, however the
+    /// speed changes within the span.
+    fn wrench(self, stream: &WrenchStream, t: f64, tare: &Tare) -> Option<MeanWrench> {
+        if self.matched {
+            weighted_wrench(stream, t, self.led.unwrap_or(self.half), tare)
+        } else {
+            mean_wrench(stream, t - 0.5 * self.block, t + 0.5 * self.block, tare)
+        }
+    }
+}
+
+fn weighted_wrench(stream: &WrenchStream, t: f64, half: f64, tare: &Tare) -> Option<MeanWrench> {
+    let rows = stream.time.partition_point(|x| *x < t - half)..stream.time.partition_point(|x| *x <= t + half);
+    let weight = |i: usize| (1.0 - ((stream.time[i] - t) / half).powi(2)).max(0.0);
+    let mean = |values: &[Vector3<f64>]| {
+        let read = rows.clone().filter(|i| values[*i].iter().all(|x| x.is_finite()));
+        let (sum, total, count) = read.fold((Vector3::zeros(), 0.0, 0), |(sum, total, n), i| {
+            (sum + values[i] * weight(i), total + weight(i), n + 1)
+        });
+        (total > 0.0).then(|| (sum / total, count))
+    };
+    let (force, rows) = mean(&stream.force)?;
+    let torque = stream.torque.as_ref().and_then(|t| mean(t));
+    Some(MeanWrench {
+        force: force - tare.force,
+        torque: torque.map(|(t, _)| t - tare.torque),
+        rows,
+    })
 }
 
 impl<'a> JointAtWork<'a> {
@@ -97,6 +133,7 @@ impl<'a> JointAtWork<'a> {
             },
             hand,
             held: path.position[first],
+            stands: interaction.tracks.get(&joint.parent).and_then(standing),
             leads: interaction
                 .tool_path
                 .as_ref()
@@ -125,7 +162,7 @@ impl<'a> JointAtWork<'a> {
     /// The load of the hand where nothing but its path is known, in the block about `t`.
     fn at_hand(&self, path: &PoseStream, t: f64, span: Span) -> Option<JointLoad> {
         let stream = self.interaction.force.as_ref()?;
-        let w = mean_wrench(stream, t - 0.5 * span.block, t + 0.5 * span.block, &self.tare)?;
+        let w = span.wrench(stream, t, &self.tare)?;
         let m = motion_at(path, t, span.half)?;
         let (axis, origin) = (
             Vector3::from(self.joint.axis.value),
@@ -166,12 +203,19 @@ impl<'a> JointAtWork<'a> {
         }
         let (joint, child) = (self.joint, self.child);
         let stream = self.interaction.force.as_ref()?;
-        let w = mean_wrench(stream, t - 0.5 * span.block, t + 0.5 * span.block, &self.tare)?;
+        let w = span.wrench(stream, t, &self.tare)?;
         let c = motion_at(self.interaction.tracks.get(&joint.child)?, t, span.half)?;
         let home = self.parent.map_or(Isometry3::identity(), |l| l.pose.0);
         let still = (home, Vector3::zeros(), Vector3::zeros());
-        let track = self.interaction.tracks.get(&joint.parent);
-        let (parent_pose, v_parent, spin_parent) = pose_now(track, self.parent, t, span.half).unwrap_or(still);
+        let track = self
+            .interaction
+            .tracks
+            .get(&joint.parent)
+            .filter(|_| self.stands.is_none());
+        let (parent_pose, v_parent, spin_parent) = match self.stands {
+            Some(pose) => (pose, Vector3::zeros(), Vector3::zeros()),
+            None => pose_now(track, self.parent, t, span.half).unwrap_or(still),
+        };
         let moved = parent_pose * home.inverse();
         let axis = moved * Vector3::from(joint.axis.value);
         let origin = moved * Point3::from(joint.origin.value);
@@ -270,7 +314,12 @@ pub fn joint_loads(
     let stream = interaction.force.as_ref()?;
     let (first, last) = (*stream.time.first()?, *stream.time.last()?);
     let count = ((last - first) / block) as usize;
-    let span = Span { block, half, led: None };
+    let span = Span {
+        block,
+        half,
+        led: None,
+        matched: false,
+    };
     let each = (0..count).filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, span));
     Some(each.collect())
 }

@@ -19,6 +19,8 @@ pub struct JointLoad {
     pub load: f64,
     /// N·m of load per N of force: the arm about the axis, m; 1 for a slide.
     pub lever: f64,
+    /// N·m of load per m by which the axis is elsewhere, along two directions across it; 0 for a slide.
+    pub aside: [f64; 2],
     /// rad or m since the first view.
     pub position: f64,
     /// rad/s or m/s.
@@ -175,6 +177,7 @@ impl<'a> JointAtWork<'a> {
                 time: t,
                 load: w.force.dot(&axis),
                 lever: 1.0,
+                aside: [0.0; 2],
                 position: shift.dot(&axis),
                 speed: m.velocity.dot(&axis),
                 speed_gain: m.velocity_gain,
@@ -189,6 +192,7 @@ impl<'a> JointAtWork<'a> {
             time: t,
             load: way.dot(&w.force) + pitch * axis.dot(&w.force),
             lever: radius,
+            aside: aside(&axis, &w.force),
             position: axis.dot(&home.cross(&out)).atan2(home.dot(&out)),
             speed: way.dot(&m.velocity) / radius.powi(2),
             speed_gain: m.velocity_gain / radius,
@@ -239,6 +243,7 @@ impl<'a> JointAtWork<'a> {
                 time: t,
                 load: moment.dot(&axis),
                 lever: axis.cross(&arm).norm(),
+                aside: aside(&self.joint.axis.value.into(), &moved.inverse_transform_vector(&w.force)),
                 position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
                 speed,
                 speed_gain,
@@ -257,6 +262,7 @@ impl<'a> JointAtWork<'a> {
             time: t,
             load: w.force.dot(&axis),
             lever: 1.0,
+            aside: [0.0; 2],
             position: shift.dot(&axis),
             speed,
             speed_gain,
@@ -278,6 +284,12 @@ impl<'a> JointAtWork<'a> {
         let away: Vec<f64> = poses.iter().map(|p| (p * home - at).norm()).collect();
         quantile(&away, 0.9).unwrap_or(0.0)
     }
+}
+
+/// What a force adds to the moment about an axis that is off by 1 m, along two directions across it.
+fn aside(axis: &Vector3<f64>, force: &Vector3<f64>) -> [f64; 2] {
+    let first = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+    [first, axis.cross(&first)].map(|e| e.cross(force).dot(axis))
 }
 
 /// World-from-link at the first view, and a link's pose stream, where there are any.

@@ -16,7 +16,7 @@ use crate::{options, recorded, verbose};
 const OPENED: [f64; 6] = [2.0, 5.0, 10.0, 20.0, 40.0, 70.0];
 
 /// The recording with the path of the hand alone, with the noise of the tracks on it: nothing was tracked, nothing seen.
-fn by_hand(capture: &Capture, seed: u64) -> Capture {
+pub fn by_hand(capture: &Capture, seed: u64) -> Capture {
     let mut out = capture.clone();
     out.support = None;
     out.bodies.clear();

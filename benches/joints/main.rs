@@ -1,6 +1,7 @@
 //! Joints and relations of random scenes of the lab: `cargo bench --bench joints -- [trees N] [arms N] [stacks N] [ajar N]
-//! [time] [only K …]`. After `only` come the numbers of the scenes that are made. Prints how often the kind is right and how well its probability is calibrated, errors of axis, origin and
-//! dynamics, and how often the intervals hold the truth.
+//! [decide N] [time] [only K …]`. After `only` come the numbers of the scenes that are made. Prints how often the kind is
+//! right and how well its probability is calibrated, errors of axis, origin and dynamics, how often the intervals hold the
+//! truth, and how soon chosen touches decide what is open.
 #![allow(
     missing_docs,
     clippy::expect_used,
@@ -11,6 +12,7 @@
 )]
 
 mod ajar;
+mod decide;
 mod scenes;
 mod stacks;
 mod tally;
@@ -299,6 +301,9 @@ fn main() {
     }
     if count("ajar", 24) > 0 {
         ajar::run_all(count("ajar", 24));
+    }
+    if count("decide", 12) > 0 {
+        decide::run_all(count("decide", 12));
     }
     if count("time", 1) > 0 {
         time_of_ten();

@@ -16,7 +16,7 @@ use crate::{options, recorded, verbose};
 const OPENED: [f64; 6] = [2.0, 5.0, 10.0, 20.0, 40.0, 70.0];
 
 /// The recording with the path of the hand alone, with the noise of the tracks on it: nothing was tracked, nothing seen.
-fn by_hand(capture: &Capture, seed: u64) -> Capture {
+pub fn by_hand(capture: &Capture, seed: u64) -> Capture {
     let mut out = capture.clone();
     out.support = None;
     out.bodies.clear();
@@ -66,7 +66,8 @@ pub fn run_all(count: u64) {
         .into_par_iter()
         .flat_map_iter(|(seed, degrees, hinge)| {
             let (scene, _) = ajar(seed, degrees, hinge);
-            let capture = recorded(&scene, seed).capture;
+            let way = if hinge { "hinge" } else { "slide" };
+            let capture = recorded(&scene, &format!("ajar-{seed}-{degrees}-{way}"), seed);
             [false, true].map(|alone| {
                 let capture = if alone {
                     by_hand(&capture, seed)

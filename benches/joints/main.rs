@@ -1,6 +1,7 @@
 //! Joints and relations of random scenes of the lab: `cargo bench --bench joints -- [trees N] [arms N] [stacks N] [ajar N]
-//! [time]`. Prints how often the kind is right and how well its probability is calibrated, errors of axis, origin and
-//! dynamics, and how often the intervals hold the truth.
+//! [decide N] [time] [only K …]`. After `only` come the numbers of the scenes that are made. Prints how often the kind is
+//! right and how well its probability is calibrated, errors of axis, origin and dynamics, how often the intervals hold the
+//! truth, and how soon chosen touches decide what is open.
 #![allow(
     missing_docs,
     clippy::expect_used,
@@ -11,6 +12,7 @@
 )]
 
 mod ajar;
+mod decide;
 mod scenes;
 mod stacks;
 mod tally;
@@ -20,8 +22,8 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use palpate::base::{Progress, Seed, Stopwatch};
-use palpate::capture::write_capture_with;
-use palpate::lab::{Scene, Synthetic, synthesise};
+use palpate::capture::{Capture, read_capture, write_capture_with};
+use palpate::lab::{Scene, synthesise};
 use palpate::pipeline::{Options, Pass, Run, build};
 use palpate::twin::{Joint, JointKind, RelationKind};
 use rayon::prelude::*;
@@ -30,13 +32,19 @@ use tally::{Odds, Tally};
 
 const NOISE: [&str; 3] = ["fine", "middling", "coarse"];
 
-pub fn recorded(scene: &Scene, seed: u64) -> Synthetic {
-    let made = synthesise(scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture");
-    if let Ok(folder) = std::env::var("JOINTS_KEEP") {
-        let place = Path::new(&folder).join(format!("{}-{seed}", scene.name));
+/// What the lab records of a scene. In the folder that JOINTS_KEEP names recordings are kept, and those that are there
+/// already are taken as they are.
+pub fn recorded(scene: &Scene, label: &str, seed: u64) -> Capture {
+    let made = || synthesise(scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture");
+    let Ok(folder) = std::env::var("JOINTS_KEEP") else {
+        return made().capture;
+    };
+    let place = Path::new(&folder).join(label);
+    if !place.is_dir() {
+        let made = made();
         write_capture_with(&made.capture, &place, &made.files).expect("written");
     }
-    made
+    read_capture(&place).expect("a capture")
 }
 
 pub fn options() -> Options {
@@ -214,22 +222,22 @@ impl Results {
     }
 }
 
-fn run_all(name: &str, count: u64, make: fn(u64) -> Made) {
+fn run_all(name: &str, seeds: &[u64], make: fn(u64) -> Made) {
     let started = Stopwatch::start();
-    let runs: Vec<(Made, Run)> = (0..count)
-        .into_par_iter()
-        .map(|seed| {
+    let runs: Vec<(u64, Made, Run)> = seeds
+        .par_iter()
+        .map(|&seed| {
             let made = make(seed);
-            let synthetic = recorded(&made.scene, seed);
-            let run = build(&synthetic.capture, &options(), &Progress::silent()).expect("a run");
-            (made, run)
+            let capture = recorded(&made.scene, &format!("{name}-{seed}"), seed);
+            let run = build(&capture, &options(), &Progress::silent()).expect("a run");
+            (seed, made, run)
         })
         .collect();
     let mut results = Results::default();
-    for (i, (made, run)) in runs.iter().enumerate() {
-        results.judge(made, run, &format!("{name} {i}"));
+    for (seed, made, run) in &runs {
+        results.judge(made, run, &format!("{name} {seed}"));
     }
-    println!("== {name}: {count} scenes, {:.1} s", started.seconds());
+    println!("== {name}: {} scenes, {:.1} s", runs.len(), started.seconds());
     results.print();
 }
 
@@ -246,12 +254,12 @@ fn time_of_ten() {
             action
         })
         .collect();
-    let synthetic = recorded(&made.scene, 1);
+    let capture = recorded(&made.scene, "time", 1);
     let started = Stopwatch::start();
-    let run = build(&synthetic.capture, &options(), &Progress::silent()).expect("a run");
+    let run = build(&capture, &options(), &Progress::silent()).expect("a run");
     println!(
         "== time: {} recordings of {} links in {:.3} s; passes {:?}",
-        synthetic.capture.interactions.len(),
+        capture.interactions.len(),
         run.model.twin.links().count(),
         started.seconds(),
         run.seconds
@@ -269,17 +277,33 @@ fn main() {
             Some(_) => given.unwrap_or(usual),
         }
     };
-    if count("trees", 96) > 0 {
-        run_all("trees", count("trees", 96), scenes::tree);
-    }
-    if count("arms", 12) > 0 {
-        run_all("arms", count("arms", 12), scenes::arm);
+    let seeds = |word: &str, usual: u64| -> Vec<u64> {
+        let only = words.iter().position(|w| w == "only");
+        let those = only.map_or(0, |i| i + 1);
+        let those: Vec<u64> = words[those..].iter().filter_map(|n| n.parse().ok()).collect();
+        if only.is_some() && count(word, usual) > 0 {
+            those
+        } else {
+            (0..count(word, usual)).collect()
+        }
+    };
+    for (name, usual, make) in [
+        ("trees", 96, scenes::tree as fn(u64) -> Made),
+        ("arms", 12, scenes::arm),
+    ] {
+        let seeds = seeds(name, usual);
+        if !seeds.is_empty() {
+            run_all(name, &seeds, make);
+        }
     }
     if count("stacks", 48) > 0 {
         stacks::run_all(count("stacks", 48));
     }
     if count("ajar", 24) > 0 {
         ajar::run_all(count("ajar", 24));
+    }
+    if count("decide", 12) > 0 {
+        decide::run_all(count("decide", 12));
     }
     if count("time", 1) > 0 {
         time_of_ten();

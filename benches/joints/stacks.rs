@@ -73,8 +73,8 @@ pub fn run_all(count: u64) {
         .into_par_iter()
         .map(|seed| {
             let made = stack(seed);
-            let synthetic = recorded(&made.scene, seed);
-            let run = build(&synthetic.capture, &options(), &Progress::silent()).expect("a run");
+            let capture = recorded(&made.scene, &format!("stack-{seed}"), seed);
+            let run = build(&capture, &options(), &Progress::silent()).expect("a run");
             (made, run)
         })
         .collect();

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::dynamics::{Frame, Hand, Script, Ties, Tilting, Turning, Wielding, World, participants, put_on_table};
 use super::hidden::{Effect, Occasion, altered, effects, faults, occasions, target};
 use super::{Scene, Solid};
-use crate::base::{Pose, Progress, Result};
+use crate::base::{Error, Pose, Progress, Result};
 use crate::capture::{Kind, Tool};
 
 /// Step of time, s.
@@ -78,8 +78,21 @@ pub(super) fn perform_in_steps(
         performance
     });
     let mut done: Vec<Performance> = done.collect();
+    done.iter().try_for_each(finite)?;
     faults(&effects).distort(&mut done);
     Ok(done)
+}
+
+/// Nothing is recorded of what flew apart.
+fn finite(performance: &Performance) -> Result<()> {
+    let whole = |poses: &Vec<Pose>| poses.iter().all(|p| p.0.translation.vector.norm().is_finite());
+    match performance.tracks.iter().find(|(_, poses)| !whole(poses)) {
+        None => Ok(()),
+        Some((body, _)) => Err(Error::Failed(format!(
+            "action \"{}\": the motion of \"{body}\" cannot be integrated: it is too light for its friction and damping",
+            performance.name
+        ))),
+    }
 }
 
 /// One action about to be carried out.
@@ -118,6 +131,7 @@ impl<'a> Stage<'a> {
         };
         let mut world = World::new(scene, solids, &names);
         let about = target(scene).and_then(|name| world.index(name));
+        let dt = dt / world.fineness(dt) as f64;
         world.make_otherwise(effects, about);
         settle(&mut world, dt);
         world.hide(effects, about, occasion);

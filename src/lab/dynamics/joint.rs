@@ -1,6 +1,6 @@
 //! Revolute, screw and prismatic joints: stiff springs on what is constrained, Coulomb and viscous friction on what is free.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::body::{Frame, RigidBody, Wrench};
 use super::weld::{rotation_error, stiff};
@@ -62,6 +62,22 @@ pub(super) fn geared(first: &Joint, second: &Joint) -> Option<[f64; 2]> {
 /// Damping of a gear over its stiffness, s.
 const GEAR: f64 = 0.01;
 
+/// Projections on directions of shifting and of turning.
+pub(super) struct Ways {
+    pub shift: Matrix3<f64>,
+    pub turn: Matrix3<f64>,
+}
+
+/// Where a joint holds its bodies and what it leaves free.
+pub(super) struct Grasp {
+    /// World point.
+    pub point: Vector3<f64>,
+    /// What friction and damping act along.
+    pub free: Ways,
+    /// What is held.
+    pub stays: Ways,
+}
+
 impl Joint {
     /// As the bodies are at first; `axis` must be a unit vector.
     pub fn new(spec: &JointSpec, axis: Vector3<f64>, (a, b): (usize, usize), bodies: &[RigidBody]) -> Self {
@@ -108,6 +124,37 @@ impl Joint {
             rate: 0.0,
             hidden: Vec::new(),
         }
+    }
+
+    /// Where the joint holds its bodies as they are now, and which directions it leaves free.
+    pub fn grasp(&self, bodies: &[RigidBody]) -> Grasp {
+        let (a, b) = (&bodies[self.a].frame, &bodies[self.b].frame);
+        let axis = a.matrix * self.axis_a;
+        let (along, none) = (axis * axis.transpose(), Matrix3::zeros());
+        let (shift, turn) = if self.revolute { (none, along) } else { (along, none) };
+        let whole = Matrix3::identity();
+        Grasp {
+            point: b.point(&self.anchor_b),
+            free: Ways { shift, turn },
+            stays: Ways {
+                shift: whole - shift,
+                turn: whole - turn,
+            },
+        }
+    }
+
+    /// Viscous damping along what is free.
+    pub fn viscous(&self) -> f64 {
+        self.damping
+    }
+
+    /// Stiffness and damping: of what holds points together, of what holds directions together, of dry friction.
+    pub fn springs(&self) -> [(f64, f64); 3] {
+        [
+            self.linear,
+            self.angular,
+            (self.bristle_stiffness, self.bristle_damping),
+        ]
     }
 
     /// Follows one more law from now on.

@@ -12,6 +12,7 @@ mod patch;
 mod prepared;
 mod script;
 mod shove;
+mod steady;
 #[cfg(test)]
 mod tests;
 mod tool;

@@ -10,6 +10,7 @@ use super::hiding::Hiding;
 use super::joint::{Joint, geared};
 use super::patch::{Patch, Spring, Standing};
 use super::prepared::{Prepared, law_of, shell_of, standing_of, standing_patches};
+use super::steady::fineness;
 use super::tool::{Hand, Touched};
 use super::weld::{Weld, WeldSpring, stiff};
 use crate::lab::hidden::{Act, Effect, Occasion};
@@ -234,6 +235,14 @@ impl World {
             })
         });
         Hand::touching(shape, friction, touched.collect())
+    }
+
+    /// Into how many steps a step of `dt` must be cut for the joints' sake.
+    pub fn fineness(&self, dt: f64) -> usize {
+        if self.joints.is_empty() {
+            return 1;
+        }
+        fineness(&self.joints, &self.bodies, dt)
     }
 
     /// Largest speed of a point of any body, m/s.

@@ -47,7 +47,7 @@ pub fn infer(
         .fitted()
         .flat_map(|i| i.tracks.keys().map(String::as_str))
         .collect();
-    let names: Vec<&str> = names.into_iter().collect();
+    let names: Vec<&str> = names.into_iter().filter(|n| seen(capture, n, notices)).collect();
     let mut joints = Vec::new();
     for (k, a) in names.iter().enumerate() {
         for b in &names[k + 1..] {
@@ -60,6 +60,17 @@ pub fn infer(
     };
     world::infer_world(capture, model, config, notices, &mut out);
     Ok(out)
+}
+
+/// True where any reading of the track exists; a track without one says nothing of what holds the thing.
+fn seen(capture: &Capture, name: &str, notices: &mut Notices) -> bool {
+    let mut tracks = capture.fitted().filter_map(|i| i.tracks.get(name));
+    let seen = tracks.any(|t| t.position.iter().any(|p| p.x.is_finite()));
+    if !seen {
+        let message = "its track holds no reading in any interaction: nothing can be said of what holds it";
+        notices.warn("articulation", name, message);
+    }
+    seen
 }
 
 /// The joint between two tracked things, where there is one.
@@ -78,6 +89,12 @@ fn judge(capture: &Capture, model: &Model, config: &Config, notices: &mut Notice
     let best = &selection.candidates[0];
     let kind = best.fit.manifold.kind;
     if selection.free > best.probability {
+        let about = format!("{}, {}", pair.parent, pair.child);
+        let how = format!(
+            "no kind of joint explains how they moved against each other (free {:.3}, {kind:?} {:.3})",
+            selection.free, best.probability
+        );
+        notices.note("articulation", &about, how.to_lowercase());
         return None;
     }
     if !declared && impossible(kind, &selection, &placement, config) {

@@ -66,7 +66,10 @@ pub(super) fn joint_dynamics(
             turning: joint.kind != JointKind::Prismatic,
             tipped: tipped(&joint, &ground.gravity),
             carried: carried.as_ref(),
-            geometry: geometry(&joint, &trials),
+            lateral: joint
+                .lateral
+                .filter(|_| joint.kind != JointKind::Prismatic)
+                .unwrap_or(0.0),
             scatter: config.friction_scatter,
             form: config.model_form,
         };
@@ -131,7 +134,8 @@ fn write_drive(
     // The law of friction and damping may itself be off by a share, which no stretch of the recording shows.
     let estimate = |v: [f64; 3], unit: &str| {
         let (sd, half) = (v[1].hypot(form * v[0]), v[2].hypot(1.96 * form * v[0]));
-        Estimate::measured(v[0], sd, unit, driven.from.clone(), "joint-drive").with_interval([v[0] - half, v[0] + half])
+        let told = Estimate::measured(v[0], sd, unit, driven.from.clone(), "joint-drive");
+        not_negative(told.with_interval([v[0] - half, v[0] + half]))
     };
     found.friction = Some(estimate(driven.friction, "N"));
     found.damping = Some(estimate(driven.damping, "N·s/m"));
@@ -188,15 +192,6 @@ fn tipped(joint: &Joint, gravity: &Vector3<f64>) -> bool {
 /// Sine of an axis' lean from the vertical that still counts as upright.
 const UPRIGHT: f64 = 0.035;
 
-/// Share by which the place of the axis puts the load in doubt: its standard deviation over the arm.
-fn geometry(joint: &Joint, trials: &[Trial]) -> f64 {
-    let (Some(across), false) = (joint.lateral, joint.kind == JointKind::Prismatic) else {
-        return 0.0;
-    };
-    let levers: Vec<f64> = trials.iter().flat_map(|t| t.loads.iter().map(|l| l.lever)).collect();
-    crate::math::median(&levers).map_or(0.0, |lever| across / lever.max(1e-6))
-}
-
 fn conclude(
     trials: &[Trial],
     setting: &Setting,
@@ -219,7 +214,9 @@ fn conclude(
         Estimate::measured(n.value, n.sd, unit, from.clone(), "joint-load")
             .with_interval([n.value - n.half95, n.value + n.half95])
     };
-    let mut friction = estimate(law.friction, units[0]);
+    // What resists takes energy away: it is never negative, though a difference of loads may be.
+    let resists = |n: Number, unit: &str| not_negative(estimate(n, unit));
+    let mut friction = resists(law.friction, units[0]);
     if let Some(speed) = law.one_speed {
         let low = 0.3 * law.friction.value;
         let [_, high] = friction.ci95.unwrap_or([low, law.friction.value]);
@@ -231,7 +228,10 @@ fn conclude(
             experiment: "move the joint at half and at twice the speed".into(),
         });
     }
-    if law.one_way && setting.tipped && friction.confounded.is_none() && relative_sd(&friction) > 0.05 {
+    // Along a straight way the weight is the same everywhere: only its change with acceleration would tell it, too little.
+    let straight = joint.kind == JointKind::Prismatic && setting.carried.is_none_or(|c| c.relative > 0.05);
+    let open = straight || relative_sd(&friction) > 0.05;
+    if law.one_way && setting.tipped && friction.confounded.is_none() && open {
         if let Some(carried) = setting.carried {
             // A density that nobody knows errs by a factor, not by a share.
             let [less, more] = weight_open(trials, carried);
@@ -250,7 +250,7 @@ fn conclude(
         });
     }
     if let (Some(_), Some(parted), JointKind::Revolute) = (&drag, parted, joint.kind) {
-        friction = parted_friction(&parted, units[0]);
+        friction = not_negative(parted_friction(&parted, units[0]));
     } else if let Some(drag) = drag.as_ref().filter(|d| free_of(d, joint.kind) > law.friction.value) {
         let message = format!(
             "the load is {:.4} {}, less than the child's friction on the support would be ({:.4} or more): it is taken \
@@ -265,9 +265,17 @@ fn conclude(
     }
     Dynamics {
         friction: Some(friction),
-        damping: law.damping.map(|d| estimate(d, units[1])),
-        stiffness: law.spring.map(|s| estimate(s, units[2])),
+        damping: law.damping.map(|d| resists(d, units[1])),
+        stiffness: law.spring.map(|s| resists(s, units[2])),
         rest: law.rest.map(|r| estimate(r, units[3])),
+    }
+}
+
+/// The same with an interval that ends at 0.
+fn not_negative(estimate: Estimate) -> Estimate {
+    match estimate.ci95 {
+        Some([low, high]) if low < 0.0 => estimate.with_interval([0.0, high.max(0.0)]),
+        _ => estimate,
     }
 }
 

@@ -47,8 +47,8 @@ pub(super) struct Setting<'a> {
     /// The weight changes as the joint moves.
     pub tipped: bool,
     pub carried: Option<&'a Carried>,
-    /// Share by which axis and origin put the load in doubt.
-    pub geometry: f64,
+    /// Standard deviation of the axis across itself, m; 0 for a slide.
+    pub lateral: f64,
     /// Scatter of friction from trial to trial that is expected before any is seen, as a share.
     pub scatter: f64,
     /// Share of the load by which the law itself may be off.
@@ -75,6 +75,8 @@ const OPEN: f64 = 10.0;
 const CONSTANT: (f64, f64) = (0.02, 0.5);
 /// Rounds of reweighting; the first ones with Huber's loss.
 const ROUNDS: (usize, usize) = (30, 12);
+/// How far a joint and a hand give way under load without anyone seeing it, m.
+const GIVE: f64 = 1e-4;
 /// A term is believed from this many standard deviations on.
 const CLEAR: f64 = 4.0;
 /// Share of blocks the other way below which it only moved one way.
@@ -134,6 +136,10 @@ fn fit(trials: &[Trial], terms: Terms, setting: &Setting, size: &Typical) -> Opt
         columns.push((Box::new(|l| l.position.cos()), 0.0, slack));
         columns.push((Box::new(|l| l.position.sin()), 0.0, slack));
     }
+    if setting.lateral > 0.0 {
+        columns.push((Box::new(|l| l.aside[0]), 0.0, setting.lateral));
+        columns.push((Box::new(|l| l.aside[1]), 0.0, setting.lateral));
+    }
     let (shared, all) = (columns.len(), columns.len() + trials.len());
     let a = DMatrix::from_fn(loads.len(), all, |i, j| match (columns.get(j), loads[i]) {
         (Some(column), (_, load)) => (column.0)(load),
@@ -146,7 +152,11 @@ fn fit(trials: &[Trial], terms: Terms, setting: &Setting, size: &Typical) -> Opt
     // One touch alone does not show how much it strays.
     let expected = setting.scatter * if trials.len() > 1 { 1.0 } else { 2.0 };
     sd.rows_mut(shared, trials.len()).fill(expected * size.load);
-    robust(&a, &b, (&mean, &mut sd), shared, expected, size.load)
+    let doubt = DVector::from_iterator(
+        loads.len(),
+        loads.iter().map(|l| GIVE * l.1.aside[0].hypot(l.1.aside[1])),
+    );
+    robust(&a, &b, &doubt, (&mean, &mut sd), shared, expected, size.load)
 }
 
 /// Reweighted least squares with priors. The random effects' spread follows from themselves by expectation and
@@ -154,6 +164,7 @@ fn fit(trials: &[Trial], terms: Terms, setting: &Setting, size: &Typical) -> Opt
 fn robust(
     a: &DMatrix<f64>,
     b: &DVector<f64>,
+    doubt: &DVector<f64>,
     prior: (&DVector<f64>, &mut DVector<f64>),
     shared: usize,
     expected: f64,
@@ -162,24 +173,23 @@ fn robust(
     let (mean, sd) = prior;
     let trials = a.ncols() - shared;
     let (mut noise, mut memory) = (0.1 * size, 1.0);
+    let sizes = |noise: f64| doubt.map(|d| d.hypot(noise));
+    let weights =
+        |trust: &DVector<f64>, noise: f64, memory: f64| trust.zip_map(&sizes(noise), |w, s| w / (memory * s * s));
     let mut trust = DVector::from_element(b.len(), 1.0);
-    let mut fit = bayesian_linear(a, b, &(&trust / noise.powi(2)), mean, sd)?;
+    let mut fit = bayesian_linear(a, b, &weights(&trust, noise, memory), mean, sd)?;
     for round in 0..ROUNDS.0 {
-        noise = mad_sd(fit.residuals.as_slice())?.max(1e-4 * size);
-        for (w, r) in trust.iter_mut().zip(fit.residuals.iter()) {
+        let whitened = fit.residuals.zip_map(&sizes(noise), |r, s| r * noise / s);
+        noise = mad_sd(whitened.as_slice())?.max(1e-4 * size);
+        for ((w, r), s) in trust.iter_mut().zip(fit.residuals.iter()).zip(sizes(noise).iter()) {
             *w = if round < ROUNDS.1 {
-                (1.345 * noise / r.abs().max(1e-300)).min(1.0)
+                (1.345 * s / r.abs().max(1e-300)).min(1.0)
             } else {
-                (1.0 - (r / (4.685 * noise)).powi(2)).max(0.0).powi(2)
+                (1.0 - (r / (4.685 * s)).powi(2)).max(0.0).powi(2)
             };
         }
         if round >= ROUNDS.1 {
-            let trusted: Vec<f64> = fit
-                .residuals
-                .iter()
-                .zip(trust.iter())
-                .map(|(r, w)| r * w.sqrt())
-                .collect();
+            let trusted: Vec<f64> = whitened.iter().zip(trust.iter()).map(|(r, w)| r * w.sqrt()).collect();
             memory = (b.len() as f64 / effective_samples(&trusted)).max(1.0);
             let squares: f64 = (shared..a.ncols())
                 .map(|k| fit.x[k].powi(2) + fit.covariance[(k, k)])
@@ -189,15 +199,15 @@ fn robust(
             let spread = ((squares + from_prior) / (trials as f64 + PRIOR_TRIALS)).sqrt();
             sd.rows_mut(shared, trials).fill(spread.max(1e-9 * size));
         }
-        fit = bayesian_linear(a, b, &(&trust / (memory * noise.powi(2))), mean, sd)?;
+        fit = bayesian_linear(a, b, &weights(&trust, noise, memory), mean, sd)?;
     }
     Some(fit)
 }
 
-/// Component `k` with its doubt: of the fit, of the law's form, and of where the axis is.
+/// Component `k` with its doubt: of the fit and of the law's form.
 fn read(fit: &LinearFit, k: usize, natural: f64, trials: usize, setting: &Setting) -> Number {
     let fitted = fit.sd(k);
-    let more = (setting.form * natural).hypot(setting.geometry * fit.x[k]);
+    let more = setting.form * natural;
     Number {
         value: fit.x[k],
         sd: fitted.hypot(more),
@@ -278,7 +288,7 @@ mod tests {
         turning: true,
         tipped: false,
         carried: None,
-        geometry: 0.0,
+        lateral: 0.0,
         scatter: 0.015,
         form: 0.007,
     };
@@ -298,6 +308,7 @@ mod tests {
                     time: 0.1 * f64::from(i),
                     load,
                     lever: 0.1,
+                    aside: [0.0; 2],
                     position,
                     speed,
                     speed_gain: 1.0,

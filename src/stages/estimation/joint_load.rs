@@ -4,8 +4,9 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Config;
-use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
-use crate::capture::{Interaction, PoseStream, Segmented, path_of, position_noise};
+use super::evidence::{MeanWrench, Tare, mean_wrench, motion_at, tare_of, tool_at};
+use super::standing::standing;
+use crate::capture::{Interaction, PoseStream, Segmented, WrenchStream, path_of, position_noise};
 use crate::math::quantile;
 use crate::twin::{Joint, JointKind, Link, Model};
 
@@ -18,6 +19,8 @@ pub struct JointLoad {
     pub load: f64,
     /// N·m of load per N of force: the arm about the axis, m; 1 for a slide.
     pub lever: f64,
+    /// N·m of load per m by which the axis is elsewhere, along two directions across it; 0 for a slide.
+    pub aside: [f64; 2],
     /// rad or m since the first view.
     pub position: f64,
     /// rad/s or m/s.
@@ -40,6 +43,8 @@ pub(super) struct JointAtWork<'a> {
     hand: Option<&'a PoseStream>,
     /// Where that point is at the joint's position 0.
     held: Point3<f64>,
+    /// Where the parent stands throughout, if it does.
+    stands: Option<Isometry3<f64>>,
     /// Path of a tool that holds the tracked child and is known more finely than the track.
     leads: Option<&'a PoseStream>,
 }
@@ -51,6 +56,8 @@ pub(super) struct Span {
     pub half: f64,
     /// The same of the tool's path, where that is what tells the child's motion.
     pub led: Option<f64>,
+    /// Forces are weighted over the span of the velocities as those are.
+    pub matched: bool,
 }
 
 /// Blocks that a stretch of sliding is cut into at least, the shortest of them, s, and half the span of the parabola in
@@ -69,8 +76,39 @@ impl Span {
             block,
             half: if led { config.smoothing.max(0.15) } else { half },
             led: led.then_some(half),
+            matched: true,
         }
     }
+
+    /// The mean wrench that goes with the velocity about `t`. The slope of a parabola over ±h is the mean of the velocity
+    /// with the weights 1 - (s/h)²; a balance of momentum holds for means of both with the same weights, however the
+    /// speed changes within the span.
+    fn wrench(self, stream: &WrenchStream, t: f64, tare: &Tare) -> Option<MeanWrench> {
+        if self.matched {
+            weighted_wrench(stream, t, self.led.unwrap_or(self.half), tare)
+        } else {
+            mean_wrench(stream, t - 0.5 * self.block, t + 0.5 * self.block, tare)
+        }
+    }
+}
+
+fn weighted_wrench(stream: &WrenchStream, t: f64, half: f64, tare: &Tare) -> Option<MeanWrench> {
+    let rows = stream.time.partition_point(|x| *x < t - half)..stream.time.partition_point(|x| *x <= t + half);
+    let weight = |i: usize| (1.0 - ((stream.time[i] - t) / half).powi(2)).max(0.0);
+    let mean = |values: &[Vector3<f64>]| {
+        let read = rows.clone().filter(|i| values[*i].iter().all(|x| x.is_finite()));
+        let (sum, total, count) = read.fold((Vector3::zeros(), 0.0, 0), |(sum, total, n), i| {
+            (sum + values[i] * weight(i), total + weight(i), n + 1)
+        });
+        (total > 0.0).then(|| (sum / total, count))
+    };
+    let (force, rows) = mean(&stream.force)?;
+    let torque = stream.torque.as_ref().and_then(|t| mean(t));
+    Some(MeanWrench {
+        force: force - tare.force,
+        torque: torque.map(|(t, _)| t - tare.torque),
+        rows,
+    })
 }
 
 impl<'a> JointAtWork<'a> {
@@ -97,6 +135,7 @@ impl<'a> JointAtWork<'a> {
             },
             hand,
             held: path.position[first],
+            stands: interaction.tracks.get(&joint.parent).and_then(standing),
             leads: interaction
                 .tool_path
                 .as_ref()
@@ -125,7 +164,7 @@ impl<'a> JointAtWork<'a> {
     /// The load of the hand where nothing but its path is known, in the block about `t`.
     fn at_hand(&self, path: &PoseStream, t: f64, span: Span) -> Option<JointLoad> {
         let stream = self.interaction.force.as_ref()?;
-        let w = mean_wrench(stream, t - 0.5 * span.block, t + 0.5 * span.block, &self.tare)?;
+        let w = span.wrench(stream, t, &self.tare)?;
         let m = motion_at(path, t, span.half)?;
         let (axis, origin) = (
             Vector3::from(self.joint.axis.value),
@@ -138,6 +177,7 @@ impl<'a> JointAtWork<'a> {
                 time: t,
                 load: w.force.dot(&axis),
                 lever: 1.0,
+                aside: [0.0; 2],
                 position: shift.dot(&axis),
                 speed: m.velocity.dot(&axis),
                 speed_gain: m.velocity_gain,
@@ -152,6 +192,7 @@ impl<'a> JointAtWork<'a> {
             time: t,
             load: way.dot(&w.force) + pitch * axis.dot(&w.force),
             lever: radius,
+            aside: aside(&axis, &w.force),
             position: axis.dot(&home.cross(&out)).atan2(home.dot(&out)),
             speed: way.dot(&m.velocity) / radius.powi(2),
             speed_gain: m.velocity_gain / radius,
@@ -166,12 +207,19 @@ impl<'a> JointAtWork<'a> {
         }
         let (joint, child) = (self.joint, self.child);
         let stream = self.interaction.force.as_ref()?;
-        let w = mean_wrench(stream, t - 0.5 * span.block, t + 0.5 * span.block, &self.tare)?;
+        let w = span.wrench(stream, t, &self.tare)?;
         let c = motion_at(self.interaction.tracks.get(&joint.child)?, t, span.half)?;
         let home = self.parent.map_or(Isometry3::identity(), |l| l.pose.0);
         let still = (home, Vector3::zeros(), Vector3::zeros());
-        let track = self.interaction.tracks.get(&joint.parent);
-        let (parent_pose, v_parent, spin_parent) = pose_now(track, self.parent, t, span.half).unwrap_or(still);
+        let track = self
+            .interaction
+            .tracks
+            .get(&joint.parent)
+            .filter(|_| self.stands.is_none());
+        let (parent_pose, v_parent, spin_parent) = match self.stands {
+            Some(pose) => (pose, Vector3::zeros(), Vector3::zeros()),
+            None => pose_now(track, self.parent, t, span.half).unwrap_or(still),
+        };
         let moved = parent_pose * home.inverse();
         let axis = moved * Vector3::from(joint.axis.value);
         let origin = moved * Point3::from(joint.origin.value);
@@ -195,6 +243,7 @@ impl<'a> JointAtWork<'a> {
                 time: t,
                 load: moment.dot(&axis),
                 lever: axis.cross(&arm).norm(),
+                aside: aside(&self.joint.axis.value.into(), &moved.inverse_transform_vector(&w.force)),
                 position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
                 speed,
                 speed_gain,
@@ -213,6 +262,7 @@ impl<'a> JointAtWork<'a> {
             time: t,
             load: w.force.dot(&axis),
             lever: 1.0,
+            aside: [0.0; 2],
             position: shift.dot(&axis),
             speed,
             speed_gain,
@@ -234,6 +284,12 @@ impl<'a> JointAtWork<'a> {
         let away: Vec<f64> = poses.iter().map(|p| (p * home - at).norm()).collect();
         quantile(&away, 0.9).unwrap_or(0.0)
     }
+}
+
+/// What a force adds to the moment about an axis that is off by 1 m, along two directions across it.
+fn aside(axis: &Vector3<f64>, force: &Vector3<f64>) -> [f64; 2] {
+    let first = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+    [first, axis.cross(&first)].map(|e| e.cross(force).dot(axis))
 }
 
 /// World-from-link at the first view, and a link's pose stream, where there are any.
@@ -270,7 +326,12 @@ pub fn joint_loads(
     let stream = interaction.force.as_ref()?;
     let (first, last) = (*stream.time.first()?, *stream.time.last()?);
     let count = ((last - first) / block) as usize;
-    let span = Span { block, half, led: None };
+    let span = Span {
+        block,
+        half,
+        led: None,
+        matched: false,
+    };
     let each = (0..count).filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, span));
     Some(each.collect())
 }

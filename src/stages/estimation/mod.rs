@@ -37,6 +37,7 @@ mod shoved;
 mod slip;
 mod solid;
 mod squeeze;
+mod standing;
 mod surface;
 mod tilt;
 mod together;

@@ -56,6 +56,16 @@ fn contact_rows(excess: &[f64], threshold: f64, low: f64, run: usize) -> Option<
     Some((first, last))
 }
 
+/// A force beyond this many times the usual one is a blow, or something that was locked: no measure of what contact is.
+const SPIKE: f64 = 20.0;
+
+/// The largest force of the stream, spikes left out; `felt` is what stands out of the noise.
+fn largest(excess: &[f64], felt: f64) -> f64 {
+    let peak = quantile(excess, 0.98).unwrap_or(0.0);
+    let usual: Vec<f64> = excess.iter().copied().filter(|e| *e > felt).collect();
+    median(&usual).map_or(peak, |m| peak.min(SPIKE * m))
+}
+
 /// Finds the stretch of contact in a force stream.
 pub(super) fn find_contact(stream: &WrenchStream, config: &Config) -> Option<Contact> {
     let n = stream.time.len();
@@ -67,7 +77,13 @@ pub(super) fn find_contact(stream: &WrenchStream, config: &Config) -> Option<Con
     let lead = ((0.1 * rate) as usize).clamp(5, n / 2);
     let first_reading = axis_median(&stream.force[..lead])?;
     let mut noise = difference_noise(&stream.force);
-    let peak = |tare: &Vector3<f64>| quantile(&smoothed_excess(&stream.force, tare, width), 0.98).unwrap_or(0.0);
+    let white = noise / (width as f64).sqrt();
+    let peak = |tare: &Vector3<f64>| {
+        largest(
+            &smoothed_excess(&stream.force, tare, width),
+            config.contact_sigmas * white,
+        )
+    };
     let mut tare = first_reading;
     let mut rows = None;
     // Twice: the second pass knows the tare from everything before contact.

@@ -116,3 +116,62 @@ fn glue_lifts_what_is_below_and_rest_does_not() {
         );
     }
 }
+
+/// A trunk of 16 g that three joints hold: their dampings together are more than one step of time bears.
+const BRANCHING: &str = "
+[[body]]
+name = 'base'
+shape = { kind = 'box', size = [0.12, 0.12, 0.12] }
+position = [0.0, 0.0, 0.4]
+fixed = true
+[[body]]
+name = 'trunk'
+shape = { kind = 'box', size = [0.022, 0.022, 0.105] }
+position = [0.0, 0.0, 0.5144]
+density = 328.0
+[[body]]
+name = 'top'
+shape = { kind = 'box', size = [0.034, 0.034, 0.154] }
+position = [0.0, 0.0, 0.646]
+density = 266.0
+[[body]]
+name = 'side'
+shape = { kind = 'box', size = [0.158, 0.039, 0.039] }
+position = [0.092, 0.0, 0.5144]
+density = 509.0
+[[joint]]
+a = 'base'
+b = 'trunk'
+kind = 'revolute'
+axis = [0.913, 0.403, 0.058]
+origin = [0.004, 0.007, 0.463]
+friction = 0.25
+damping = 0.115
+[[joint]]
+a = 'trunk'
+b = 'top'
+kind = 'revolute'
+axis = [-0.966, 0.186, -0.179]
+origin = [0.007, 0.004, 0.572]
+friction = 0.1
+damping = 0.075
+[[joint]]
+a = 'trunk'
+b = 'side'
+kind = 'revolute'
+axis = [0.375, -0.098, -0.922]
+origin = [0.003, 0.006, 0.51]
+friction = 0.07
+damping = 0.02
+";
+
+#[test]
+fn a_light_trunk_of_three_joints_does_not_fly_apart() {
+    let seen = play(&format!(
+        "{BRANCHING}[[action]]\nkind = 'pull'\nname = 'p'\ntarget = 'top'\nat = [0.0, 0.0, 0.70]\n\
+         direction = [0.02, 0.09, -0.01]\ntravel = 0.05\nspeed = 0.1\narc = true\npin = true\n"
+    ));
+    let turned = |name: &str| seen.tracks[name].last().unwrap().rotation.angle();
+    assert!(turned("top") > 0.2, "{}", turned("top"));
+    assert!(turned("trunk") < 0.02 && turned("side") < 0.02);
+}

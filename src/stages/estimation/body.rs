@@ -8,7 +8,7 @@ use super::lift::centre_of_mass;
 use super::pool::pooled;
 use super::press::{Stiffer, stiffer_than_felt};
 use super::resolve::Before;
-use super::spin::inertia_of;
+use super::spin::write_inertia;
 use crate::base::Estimate;
 use crate::twin::Link;
 
@@ -80,5 +80,9 @@ pub(super) fn fill_inertial(link: &mut Link, before: &Before, facts: Option<&Fac
         ));
     }
     let spins = facts.map_or(&[][..], |f| &f.spins);
-    link.inertia = shape.and_then(|s| inertia_of(link, before, spins, s));
+    let Some(shape) = shape else { return };
+    // Where pushes make no sense together, the shape still stands.
+    if write_inertia(link, before, spins, shape).is_none() {
+        write_inertia(link, before, &[], shape);
+    }
 }

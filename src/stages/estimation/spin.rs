@@ -91,6 +91,9 @@ const TORSION: f64 = 0.3;
 const OWN: usize = 11;
 /// Share of the radius of gyration that the law of pushing (limit surface, rigid contact) leaves open.
 const FORM: f64 = 0.015;
+/// Doubt of the centre of mass beyond what the pushes leave, as a share of what the shape leaves open: the pressure is not
+/// quite even, and how high the centre lies is guessed.
+const CENTRE: f64 = 0.035;
 /// Share of the prior's doubt of the yaw inertia below which it counts as measured.
 const TOLD: f64 = 0.5;
 
@@ -147,16 +150,16 @@ impl Sought<'_> {
 
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-/// Inertia of a link whose mass and centre are written: of its shape at uniform density, and of what turned it.
-pub(super) fn inertia_of(link: &Link, before: &Before, spins: &[Spun], shape: &Shape) -> Option<Estimate<[f64; 6]>> {
-    let (mass, com, solid) = (link.mass.as_ref()?, link.com.as_ref()?, before.solid.as_ref()?);
+/// Writes the inertia of a link whose mass and centre are written, and its centre where pushes that turned it know that better.
+pub(super) fn write_inertia(link: &mut Link, before: &Before, spins: &[Spun], shape: &Shape) -> Option<()> {
+    let (mass, com, solid) = (link.mass.clone()?, link.com.clone()?, before.solid.as_ref()?);
     let normal = spins.first().map_or(Vector3::z(), |s| s.normal);
     let (centroid, spread) = before.centre();
     let uniform = solid.inertia * (mass.value / solid.volume);
     let centre = Vector3::from(com.value);
     let mut sought = Sought {
         prior: PseudoInertia::of(mass.value, &centre, &uniform)?,
-        mass_sd: relative_sd(mass).max(1e-6),
+        mass_sd: relative_sd(&mass).max(1e-6),
         centre: (centre, com.sd.map_or(spread, Vector3::from).map(|s| s.max(1e-5))),
         centroid: centroid.coords,
         gyration: shape.gyration_radius,
@@ -171,6 +174,70 @@ pub(super) fn inertia_of(link: &Link, before: &Before, spins: &[Spun], shape: &S
         sought.doubt = excess.sqrt();
         fit = sought.fit()?;
     }
+    let told = !spins.is_empty() && mass.status != Status::Assumed;
+    if told {
+        write_centre(link, &com, &fit, (&spread, &normal), spins);
+    }
+    link.inertia = Some(inertia(&fit, &mass, spins, &normal, told));
+    Some(())
+}
+
+/// The centre of mass in the plane, where the fit pins it better than what was known.
+fn write_centre(
+    link: &mut Link,
+    known: &Estimate<[f64; 3]>,
+    fit: &Fit,
+    (spread, normal): (&Vector3<f64>, &Vector3<f64>),
+    spins: &[Spun],
+) {
+    let before = known.sd.unwrap_or((*spread).into());
+    let flat = |k: usize| normal[k].abs() < 0.5;
+    let sd = [0, 1, 2].map(|k| {
+        if flat(k) {
+            fit.sd(7 + k).hypot(CENTRE * spread[k])
+        } else {
+            before[k]
+        }
+    });
+    let better = (0..3).filter(|k| flat(*k)).any(|k| sd[k] < before[k]);
+    let pinned = (0..3).filter(|k| flat(*k)).all(|k| sd[k] < 0.5 * spread[k]);
+    if !(better && pinned) {
+        return;
+    }
+    // What was known before is not given up where it was better.
+    let value = [0, 1, 2].map(|k| {
+        if sd[k] < before[k] {
+            fit.x[7 + k]
+        } else {
+            known.value[k]
+        }
+    });
+    let sd = [0, 1, 2].map(|k| sd[k].min(before[k]));
+    let (mut from, mut method) = (
+        joined(&known.from, spins),
+        "push-spin; the direction along gravity from the shape",
+    );
+    if known.is_measured() {
+        method = "push-limit-surface, push-spin; the direction along gravity from the shape";
+    } else {
+        from = joined(&[], spins);
+    }
+    link.com = Some(Estimate::measured(value, sd, "m", from, method));
+}
+
+fn joined(from: &[String], spins: &[Spun]) -> Vec<String> {
+    let mut out = from.to_vec();
+    out.extend(
+        spins
+            .iter()
+            .map(|s| s.interaction.clone())
+            .filter(|n| !from.contains(n)),
+    );
+    out
+}
+
+/// The inertia of a fit; measured where pushes tell that about the support's normal.
+fn inertia(fit: &Fit, mass: &Estimate, spins: &[Spun], normal: &Vector3<f64>, told: bool) -> Estimate<[f64; 6]> {
     let body = |x: &DVector<f64>| PseudoInertia(std::array::from_fn(|k| x[k]));
     let flat = |m: &Matrix3<f64>| ENTRIES.map(|at| m[at]);
     let value = flat(&body(&fit.x).inertia());
@@ -181,7 +248,7 @@ pub(super) fn inertia_of(link: &Link, before: &Before, spins: &[Spun], shape: &S
             let mut x = fit.x.clone();
             x[k] += h;
             let b = body(&x);
-            (flat(&b.inertia()), b.gyration_radius(&normal).ln())
+            (flat(&b.inertia()), b.gyration_radius(normal).ln())
         });
         for i in 0..6 {
             slopes[(i, k)] = (up.0[i] - down.0[i]) / (2.0 * step);
@@ -189,31 +256,15 @@ pub(super) fn inertia_of(link: &Link, before: &Before, spins: &[Spun], shape: &S
         slopes[(6, k)] = (up.1 - down.1) / (2.0 * step);
     }
     let spread = &slopes * &fit.covariance * slopes.transpose();
-    let form = |k: usize| {
-        if spins.is_empty() { 0.0 } else { 2.0 * FORM * value[k] }
-    };
+    let form = |k: usize| if spins.is_empty() { 0.0 } else { 2.0 * FORM * value[k] };
     let sd: [f64; 6] = std::array::from_fn(|k| spread[(k, k)].max(0.0).sqrt().hypot(form(k)));
     let open = DENSITY[0].hypot(DENSITY[1] / 2.0_f64.sqrt());
-    let told = !spins.is_empty() && spread[(6, 6)].max(0.0).sqrt().hypot(FORM) < TOLD * open;
-    let mut from = mass.from.clone();
-    if !told {
-        let guess = Estimate::assumed(value, sd, "kg·m²", "shape-uniform-density");
-        return Some(Estimate { from, ..guess });
+    if told && spread[(6, 6)].max(0.0).sqrt().hypot(FORM) < TOLD * open {
+        let method = "push-spin about the support's normal; the other axes from the shape";
+        return Estimate::measured(value, sd, "kg·m²", joined(&mass.from, spins), method);
     }
-    from.extend(
-        spins
-            .iter()
-            .map(|s| s.interaction.clone())
-            .filter(|n| !mass.from.contains(n)),
-    );
-    let method = "push-spin about the support's normal; the other axes from the shape";
-    let found = Estimate::measured(value, sd, "kg·m²", from, method);
-    Some(Estimate {
-        status: if mass.status == Status::Assumed {
-            Status::Assumed
-        } else {
-            Status::Measured
-        },
-        ..found
-    })
+    Estimate {
+        from: mass.from.clone(),
+        ..Estimate::assumed(value, sd, "kg·m²", "shape-uniform-density")
+    }
 }

@@ -23,11 +23,11 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Lag between force and position, s (1 sd): all streams are on one clock, but when within its sample a reading was
-    /// taken nobody says.
+    /// Lag between force and position, s (1 sd): all streams are on one clock, but whether a reading is that of its moment
+    /// or the mean of the sample before it nobody says.
     fn lag(&self) -> f64 {
         let steps: Vec<f64> = self.time.windows(2).map(|w| w[1] - w[0]).collect();
-        median(&steps).unwrap_or(2e-3) / 12.0_f64.sqrt()
+        0.5 * median(&steps).unwrap_or(2e-3)
     }
 }
 

@@ -190,7 +190,7 @@ fn main() {
                 true,
             );
             if let (Some(com), Some(t)) = (&link.com, truth.com) {
-                for k in 0..2 {
+                for (k, truth) in t.iter().enumerate().take(2) {
                     let part = component(
                         &com.value,
                         com.ci95.as_ref().map(|c| &c[..]),
@@ -198,7 +198,7 @@ fn main() {
                         &com.method,
                         k,
                     );
-                    add("centre of mass", Some(&part), Some(t[k]), false);
+                    add("centre of mass", Some(&part), Some(*truth), false);
                 }
             }
             if let (Some(inertia), Some(t)) = (&link.inertia, truth.inertia) {

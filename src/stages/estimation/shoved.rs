@@ -39,6 +39,8 @@ const REST: f64 = 0.08;
 /// What exceeds this many times the usual force of the push is a blow; time after it until its force is forgotten, s.
 const BLOW: f64 = 2.5;
 const AFTER: f64 = 0.012;
+/// Iterations after which the best of several starts is chosen.
+const FIRST: usize = 8;
 /// Unknowns of the law; the motion at the start comes on top.
 const LAW: usize = 7;
 
@@ -281,9 +283,9 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
     let steps = DVector::from_vec(vec![
         1e-4, 1e-4, 1e-5, 1e-5, 1e-3, 1e-3, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5, 1e-4,
     ]);
-    let settings = Settings {
+    let settings = |iterations: usize| Settings {
         loss: Loss::Huber(2.5),
-        iterations: 40,
+        iterations,
         tolerance: 1e-6,
     };
     let early = 6.min(run.time.len() - 1);
@@ -305,8 +307,9 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
             spin,
         ];
         start.rows_mut(LAW, 6).copy_from_slice(&motion);
-        levenberg_marquardt(&start, &steps, settings, residuals)
+        levenberg_marquardt(&start, &steps, settings(FIRST), residuals)
     });
     let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let best = levenberg_marquardt(&best.x, &steps, settings(40), residuals)?;
     best.x.iter().all(|v| v.is_finite()).then_some(best)
 }

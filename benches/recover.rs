@@ -1,5 +1,5 @@
-//! Recover the truth on random bodies of the lab: `cargo bench --bench recover -- [BODIES]`. Prints errors and how often
-//! the stated intervals hold the truth, by what was done: weighed, coasted, tilted, or only pushed slowly.
+//! Recover the truth on random bodies of the lab: `cargo bench --bench recover -- [BODIES [FIRST_SEED]] [WAY]`. Prints errors and
+//! how often the stated intervals hold the truth, by what was done: weighed, coasted, tilted, or only pushed slowly.
 #![allow(
     missing_docs,
     clippy::expect_used,
@@ -14,7 +14,7 @@ mod random_box;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use palpate::base::{Estimate, Progress, Seed, rng_for};
+use palpate::base::{Estimate, Progress, Seed, Status, rng_for};
 use palpate::lab::{Scene, synthesise};
 use palpate::pipeline::{Options, Pass, build};
 use rand::Rng;
@@ -53,6 +53,16 @@ impl Tally {
             self.inside as f64 / n as f64,
             at(&mut self.widths, 0.5)
         );
+    }
+}
+
+/// Component `k` of a list with its interval, as a number of its own.
+fn component(value: &[f64], ci95: Option<&[[f64; 2]]>, status: Status, method: &str, k: usize) -> Estimate {
+    let [low, high] = ci95.map_or([value[k]; 2], |c| c[k]);
+    let sd = (high - low) / (2.0 * 1.96);
+    Estimate {
+        status,
+        ..Estimate::measured(value[k], sd, "", Vec::new(), method).with_interval([low, high])
     }
 }
 
@@ -111,6 +121,9 @@ foam = {{ stiffness = {stiffness}, damping = {damping} }}
                 true,
             );
         }
+        // One that sends it spinning.
+        let side = if between(-1.0, 1.0) < 0.0 { -1.0 } else { 1.0 };
+        push("spin-0", 3, side * between(0.15, 0.3), 0.05, between(0.4, 0.7), true);
     }
     if way == "lift" {
         let top = size[2];
@@ -125,11 +138,16 @@ foam = {{ stiffness = {stiffness}, damping = {damping} }}
 }
 
 fn main() {
-    let bodies: u64 = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(16);
+    let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
+    let (bodies, first) = (numbers.next().unwrap_or(16), numbers.next().unwrap_or(0));
+    let only = WAYS.into_iter().find(|way| std::env::args().any(|a| a == *way));
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
     let (mut slow, mut said) = (0, 0);
-    for i in 0..bodies {
+    for i in first..first + bodies {
         let way = WAYS[i as usize % WAYS.len()];
+        if only.is_some_and(|o| o != way) {
+            continue;
+        }
         let scene = scene(&mut rng_for(Seed(i), "recover"), way);
         let made = match synthesise(&scene, Path::new("."), Seed(i), &Progress::silent()) {
             Ok(made) => made,
@@ -147,7 +165,7 @@ fn main() {
             if let (Some(e), Some(truth)) = (e.filter(|e| e.is_measured()), truth) {
                 if std::env::var("RECOVER_VERBOSE").is_ok() {
                     println!(
-                        "  {i} {way} {what} {truth:.4}: {:.4} {:?} {}",
+                        "  {i} {way} {what} {truth:.6}: {:.6} {:?} {}",
                         e.value, e.ci95, e.method
                     );
                 }
@@ -172,19 +190,34 @@ fn main() {
                 true,
             );
             if let (Some(com), Some(t)) = (&link.com, truth.com) {
-                for k in 0..2 {
-                    let part = Estimate {
-                        value: com.value[k],
-                        sd: com.sd.map(|s| s[k]),
-                        ci95: com.ci95.map(|c| c[k]),
-                        unit: com.unit.clone(),
-                        status: com.status,
-                        from: com.from.clone(),
-                        method: com.method.clone(),
-                        confounded: None,
-                    };
-                    add("centre of mass", Some(&part), Some(t[k]), false);
+                for (k, truth) in t.iter().enumerate().take(2) {
+                    let part = component(
+                        &com.value,
+                        com.ci95.as_ref().map(|c| &c[..]),
+                        com.status,
+                        &com.method,
+                        k,
+                    );
+                    add("centre of mass", Some(&part), Some(*truth), false);
                 }
+            }
+            if let (Some(inertia), Some(t)) = (&link.inertia, truth.inertia) {
+                let part = |k, status| {
+                    component(
+                        &inertia.value,
+                        inertia.ci95.as_ref().map(|c| &c[..]),
+                        status,
+                        &inertia.method,
+                        k,
+                    )
+                };
+                add("yaw inertia", Some(&part(2, inertia.status)), Some(t[2]), true);
+                add(
+                    "inertia ixx, assumed",
+                    Some(&part(0, Status::Measured)),
+                    Some(t[0]),
+                    true,
+                );
             }
             if way == "slow" {
                 slow += 1;

@@ -16,7 +16,7 @@ pub use correlated::{
 pub use distribution::{chi_squared_quantile, chi_squared_tail, normal_quantile, t_quantile, t_tail};
 pub use levenberg_marquardt::{Fit, Loss, Settings, levenberg_marquardt};
 pub use linear::{LinearFit, bayesian_linear, robust_linear, weighted_linear};
-pub use random_effects::{Pooled, random_effects};
+pub use random_effects::{Pooled, random_effects, random_effects_expecting};
 pub use robust::{mad_sd, median, quantile, trimmed_mean};
 pub use rotation::{mean_rotation, rotation_centre};
 pub use smoothing::{LocalFit, interpolate, local_quadratic};

@@ -24,6 +24,11 @@ const PRIOR_TRIALS: f64 = 2.0;
 ///
 /// Moment estimator of DerSimonian and Laird (1986), interval after Hartung and Knapp (2001).
 pub fn random_effects(values: &[f64], sds: &[f64], prior_between: f64) -> Option<Pooled> {
+    random_effects_expecting(values, sds, prior_between, PRIOR_TRIALS)
+}
+
+/// The same, `prior_between` counted as `prior_trials` trials.
+pub fn random_effects_expecting(values: &[f64], sds: &[f64], prior_between: f64, prior_trials: f64) -> Option<Pooled> {
     let trials: Vec<(f64, f64)> = values
         .iter()
         .zip(sds)
@@ -45,10 +50,10 @@ pub fn random_effects(values: &[f64], sds: &[f64], prior_between: f64) -> Option
     let scatter = trials.iter().map(|(v, _)| (v - plain).powi(2)).sum::<f64>();
     let own = trials.iter().map(|(_, s)| s * s).sum::<f64>() / n;
     let excess = (scatter - (n - 1.0) * own).max(0.0);
-    let between = ((excess + PRIOR_TRIALS * prior_between.powi(2)) / (n - 1.0 + PRIOR_TRIALS)).sqrt();
+    let between = ((excess + prior_trials * prior_between.powi(2)) / (n - 1.0 + prior_trials)).sqrt();
     let (mean, total, _) = weigh(between);
     let sd = total.recip().sqrt();
-    let half95 = t_quantile(0.975, n - 1.0 + PRIOR_TRIALS) * sd;
+    let half95 = t_quantile(0.975, n - 1.0 + prior_trials) * sd;
     Some(Pooled {
         mean,
         sd,

@@ -8,11 +8,12 @@
 
 use nalgebra::{Point2, Rotation2, Vector2};
 
-use super::PlaneMotion;
+use super::simulator::rows_about;
+use super::{LimitSurface, PlaneMotion, Simulator};
 
 /// What is shoved.
 #[derive(Clone, Copy, Debug)]
-pub struct Shoved {
+pub struct Shoved<'a> {
     /// kg.
     pub mass: f64,
     /// Kinetic friction force, N.
@@ -23,12 +24,16 @@ pub struct Shoved {
     pub gyration_radius: f64,
     /// From the tracked point to the centre of mass, axes of the body at heading nought, m.
     pub centre: Vector2<f64>,
+    /// Height of the centre of mass above the support, m.
+    pub height: f64,
     /// Gravity along the support's normal, m/s².
     pub gravity: f64,
+    /// The true pressure's friction beside the ellipsoid's, with the heading at which the body's axes are those of the plane.
+    pub surface: Option<(&'a LimitSurface, f64)>,
 }
 
 /// What the tool does at one time, in the plane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Shove {
     /// s.
     pub time: f64,
@@ -38,57 +43,53 @@ pub struct Shove {
     pub at: Point2<f64>,
     /// Moment beside that of the force, N·m.
     pub moment: f64,
+    /// Height above the support at which it acts, m.
+    pub height: f64,
     /// Force on the body away from the support, N: what the tool carries does not rub.
     pub lift: f64,
 }
 
-/// Step of the solver, s.
-const STEP: f64 = 1e-3;
+impl Simulator for Shoved<'_> {
+    type Drive = [Shove];
+    /// Motion of the centre of mass.
+    type State = PlaneMotion;
+    /// Motion of the tracked point.
+    type Seen = PlaneMotion;
 
-/// The motion of the tracked point at each of `times` (s, not decreasing), from `start` at the first of them, under `shoves`
-/// (linear between rows, constant beyond).
-pub fn predict_shoved(body: &Shoved, start: &PlaneMotion, shoves: &[Shove], times: &[f64]) -> Vec<PlaneMotion> {
-    predict_shoved_with_step(body, start, shoves, times, STEP)
-}
+    const STEP: f64 = 1e-3;
 
-/// The same with the solver's step given: halving it shows the solver's error.
-pub fn predict_shoved_with_step(
-    body: &Shoved,
-    start: &PlaneMotion,
-    shoves: &[Shove],
-    times: &[f64],
-    step: f64,
-) -> Vec<PlaneMotion> {
-    let arm = Rotation2::new(start.heading) * body.centre;
-    let mut now = PlaneMotion {
-        position: start.position + arm,
-        velocity: start.velocity + start.spin * Vector2::new(-arm.y, arm.x),
-        ..*start
-    };
-    let mut t = times.first().copied().unwrap_or(0.0);
-    let mut row = 0;
-    let mut out = Vec::with_capacity(times.len());
-    for &goal in times {
-        while goal - t > 1e-12 {
-            let h = (goal - t).min(step);
-            let middle = t + 0.5 * h;
-            while row + 1 < shoves.len() && shoves[row + 1].time < middle {
-                row += 1;
-            }
-            now = body.after(&now, &shove_at(shoves, row, middle), h);
-            t += h;
-        }
-        let arm = Rotation2::new(now.heading) * body.centre;
-        out.push(PlaneMotion {
-            position: now.position - arm,
-            velocity: now.velocity - now.spin * Vector2::new(-arm.y, arm.x),
-            ..now
-        });
+    fn advance(&self, state: &PlaneMotion, drive: &[Shove], t: f64, h: f64) -> PlaneMotion {
+        self.after(state, &shove_at(drive, t + 0.5 * h), h)
     }
-    out
+
+    fn seen(&self, state: &PlaneMotion) -> PlaneMotion {
+        self.moved(state, -1.0)
+    }
 }
 
-impl Shoved {
+impl Shoved<'_> {
+    /// The motion of the centre of mass where the tracked point moves like this.
+    pub fn centred(&self, tracked: &PlaneMotion) -> PlaneMotion {
+        self.moved(tracked, 1.0)
+    }
+
+    /// The motion of the point that is `way` times the centre's offset away.
+    fn moved(&self, from: &PlaneMotion, way: f64) -> PlaneMotion {
+        let arm = way * (Rotation2::new(from.heading) * self.centre);
+        PlaneMotion {
+            position: from.position + arm,
+            velocity: from.velocity + from.spin * Vector2::new(-arm.y, arm.x),
+            ..*from
+        }
+    }
+
+    fn ratios(&self, heading: f64, velocity: &Vector2<f64>, spin: f64) -> [f64; 2] {
+        self.surface.map_or([1.0; 2], |(surface, aligned)| {
+            let local = Rotation2::new(aligned - heading) * velocity;
+            surface.ratios(&local, self.torsional_radius * spin)
+        })
+    }
+
     /// The motion of the centre of mass a step `h` later: friction by the implicit rule, which holds still what the load
     /// cannot move and never turns a motion round.
     fn after(&self, now: &PlaneMotion, shove: &Shove, h: f64) -> PlaneMotion {
@@ -101,12 +102,21 @@ impl Shoved {
         // What presses harder than three times the weight is a blow, which this law does not follow.
         let load = (1.0 - shove.lift / (self.mass * self.gravity)).clamp(0.0, 3.0);
         let friction = (self.friction * load).max(1e-9);
-        let (a, b) = (friction * h / self.mass, friction * c * c * h / inertia);
-        let (along, about) = (velocity.norm(), c * spin.abs());
+        let ahead = self.ahead(&velocity, spin, shove, friction, load);
+        let sweep = spin * Vector2::new(-ahead.y, ahead.x);
+        let at_load = velocity + sweep;
+        let [force, moment] = self.ratios(now.heading, &at_load, spin);
+        let (a, b) = (
+            force * friction * h / self.mass,
+            moment * friction * c * c * h / inertia,
+        );
+        let (along, about) = (at_load.norm(), c * spin.abs());
         let (mut next, mut next_spin) = (Vector2::zeros(), 0.0);
         if (along / a).hypot(about / b) > 1.0 {
             let s = generalised(along, about, a, b);
-            (next, next_spin) = (velocity * (s / (s + a)), spin * (s / (s + b)));
+            let change = at_load * (s / (s + a) - 1.0);
+            next = velocity + change;
+            next_spin = spin * (s / (s + b)) + ahead.perp(&change) * self.mass / inertia;
         }
         PlaneMotion {
             position: now.position + 0.5 * h * (now.velocity + next),
@@ -114,6 +124,17 @@ impl Shoved {
             velocity: next,
             spin: next_spin,
         }
+    }
+
+    /// From below the centre of mass to where the load acts: the tool above or below the centre of mass and the friction
+    /// below it tip the body.
+    fn ahead(&self, velocity: &Vector2<f64>, spin: f64, shove: &Shove, friction: f64, load: f64) -> Vector2<f64> {
+        let speed = velocity.norm().hypot(self.torsional_radius * spin).max(1e-9);
+        let rubbing = velocity * (friction / speed);
+        let tipping = shove.force * (shove.height - self.height) + rubbing * self.height;
+        let ahead = tipping / (load.max(0.1) * self.mass * self.gravity);
+        // Beyond the radius the thing would topple: what is pushed on the table stays within.
+        ahead * (self.torsional_radius / ahead.norm().max(self.torsional_radius))
     }
 }
 
@@ -133,26 +154,18 @@ fn generalised(along: f64, about: f64, a: f64, b: f64) -> f64 {
     s
 }
 
-fn shove_at(shoves: &[Shove], row: usize, t: f64) -> Shove {
-    match (shoves.get(row), shoves.get(row + 1)) {
-        (Some(a), Some(b)) if t > a.time && b.time > a.time => {
-            let share = ((t - a.time) / (b.time - a.time)).min(1.0);
-            Shove {
-                time: t,
-                force: a.force.lerp(&b.force, share),
-                at: a.at + (b.at - a.at) * share,
-                moment: a.moment + (b.moment - a.moment) * share,
-                lift: a.lift + (b.lift - a.lift) * share,
-            }
-        }
-        (Some(a), _) => *a,
-        _ => Shove {
-            time: t,
-            force: Vector2::zeros(),
-            at: Point2::origin(),
-            moment: 0.0,
-            lift: 0.0,
-        },
+fn shove_at(shoves: &[Shove], t: f64) -> Shove {
+    let Some((a, b, share)) = rows_about(shoves, t, |s| s.time) else {
+        return Shove::default();
+    };
+    let between = |x: f64, y: f64| x + (y - x) * share;
+    Shove {
+        time: t,
+        force: a.force.lerp(&b.force, share),
+        at: a.at + (b.at - a.at) * share,
+        moment: between(a.moment, b.moment),
+        height: between(a.height, b.height),
+        lift: between(a.lift, b.lift),
     }
 }
 
@@ -160,13 +173,15 @@ fn shove_at(shoves: &[Shove], row: usize, t: f64) -> Shove {
 mod tests {
     use super::*;
 
-    const BOX: Shoved = Shoved {
+    const BOX: Shoved<'static> = Shoved {
         mass: 0.5,
         friction: 1.5,
         torsional_radius: 0.03,
         gyration_radius: 0.035,
         centre: Vector2::new(0.004, -0.002),
+        height: 0.0,
         gravity: 9.81,
+        surface: None,
     };
 
     const REST: PlaneMotion = PlaneMotion {
@@ -183,6 +198,7 @@ mod tests {
             force: Rotation2::new(0.3) * Vector2::new(f, 0.0),
             at,
             moment: 0.0,
+            height: 0.0,
             lift: 0.0,
         };
         [(0.0, force), (0.1, force), (0.1001, 0.0), (2.0, 0.0)]
@@ -190,17 +206,20 @@ mod tests {
             .to_vec()
     }
 
+    fn path(force: f64, offset: f64, step: f64) -> Vec<PlaneMotion> {
+        let times: Vec<f64> = (0..100).map(|k| k as f64 * 0.01).collect();
+        BOX.simulate_with_step(&BOX.centred(&REST), &pulse(force, offset), 0.0, &times, step)
+    }
+
     #[test]
     fn less_than_friction_moves_nothing() {
-        let times: Vec<f64> = (0..100).map(|k| k as f64 * 0.01).collect();
-        let end = predict_shoved(&BOX, &REST, &pulse(1.4, 0.0), &times)[99];
+        let end = path(1.4, 0.0, Shoved::STEP)[99];
         assert!((end.position - REST.position).norm() < 1e-12 && end.heading == 0.3);
     }
 
     #[test]
     fn a_central_shove_goes_as_far_as_the_impulse_says() {
-        let times: Vec<f64> = (0..100).map(|k| k as f64 * 0.01).collect();
-        let end = predict_shoved(&BOX, &REST, &pulse(6.0, 0.0), &times)[99];
+        let end = path(6.0, 0.0, Shoved::STEP)[99];
         let (up, down) = ((6.0 - 1.5) / 0.5, 1.5 / 0.5);
         let top: f64 = up * 0.1;
         let way = 0.5 * top * 0.1 + top * top / (2.0 * down);
@@ -210,9 +229,7 @@ mod tests {
 
     #[test]
     fn halving_the_step_changes_little() {
-        let times: Vec<f64> = (0..100).map(|k| k as f64 * 0.01).collect();
-        let of = |step: f64| predict_shoved_with_step(&BOX, &REST, &pulse(6.0, 0.01), &times, step);
-        let (coarse, fine) = (of(1e-3), of(5e-4));
+        let (coarse, fine) = (path(6.0, 0.01, 1e-3), path(6.0, 0.01, 5e-4));
         for (a, b) in coarse.iter().zip(&fine) {
             assert!((a.position - b.position).norm() < 5e-5 && (a.heading - b.heading).abs() < 1e-3);
         }

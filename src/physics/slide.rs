@@ -6,6 +6,8 @@
 
 use nalgebra::Vector2;
 
+use super::Simulator;
+
 /// Motion in the plane of the support at the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneMotion {
@@ -29,9 +31,6 @@ pub struct Slider {
     /// Radius of gyration about the support's normal, m.
     pub gyration_radius: f64,
 }
-
-/// Step of the solver, s.
-const STEP: f64 = 2e-3;
 
 type Rates = (Vector2<f64>, f64);
 
@@ -74,32 +73,23 @@ impl Slider {
     }
 }
 
-/// The motion at each of `times` (s, not decreasing), from `start` at `from` (s) on; before that it is `start`.
-pub fn predict_slide(slider: &Slider, start: &PlaneMotion, from: f64, times: &[f64]) -> Vec<PlaneMotion> {
-    predict_slide_with_step(slider, start, from, times, STEP)
-}
+impl Simulator for Slider {
+    type Drive = ();
+    type State = PlaneMotion;
+    type Seen = PlaneMotion;
 
-/// The same with the solver's step given: halving it shows the solver's error.
-pub fn predict_slide_with_step(
-    slider: &Slider,
-    start: &PlaneMotion,
-    from: f64,
-    times: &[f64],
-    step: f64,
-) -> Vec<PlaneMotion> {
-    let (mut now, mut t) = (*start, from);
-    times
-        .iter()
-        .map(|&goal| {
-            while goal - t > 1e-12 && (now.velocity != Vector2::zeros() || now.spin != 0.0) {
-                let h = (goal - t).min(step);
-                now = slider.step(&now, h);
-                t += h;
-            }
-            t = t.max(goal);
-            now
-        })
-        .collect()
+    const STEP: f64 = 2e-3;
+
+    fn advance(&self, state: &PlaneMotion, _: &(), _: f64, h: f64) -> PlaneMotion {
+        if state.velocity == Vector2::zeros() && state.spin == 0.0 {
+            return *state;
+        }
+        self.step(state, h)
+    }
+
+    fn seen(&self, state: &PlaneMotion) -> PlaneMotion {
+        *state
+    }
 }
 
 #[cfg(test)]
@@ -123,14 +113,14 @@ mod tests {
 
     #[test]
     fn without_spin_it_stops_after_the_way_that_energy_gives() {
-        let end = predict_slide(&SLIDER, &start(0.5, 0.0), 0.0, &[1.0])[0];
+        let end = SLIDER.simulate(&start(0.5, 0.0), &(), 0.0, &[1.0])[0];
         assert!((end.position.x - 0.25 / 6.0).abs() < 1e-9, "{}", end.position.x);
         assert_eq!(end.velocity, Vector2::zeros());
     }
 
     #[test]
     fn halving_the_step_moves_the_end_by_less_than_any_tracker_sees() {
-        let ends = [2e-3, 1e-3].map(|h| predict_slide_with_step(&SLIDER, &start(0.4, 6.0), 0.0, &[1.0], h)[0]);
+        let ends = [2e-3, 1e-3].map(|h| SLIDER.simulate_with_step(&start(0.4, 6.0), &(), 0.0, &[1.0], h)[0]);
         assert!((ends[0].position - ends[1].position).norm() < 2e-6);
         assert!((ends[0].heading - ends[1].heading).abs() < 2e-4);
     }
@@ -139,7 +129,7 @@ mod tests {
     fn friction_takes_what_motion_loses() {
         // d/dt (v²/2 + rho² ω²/2) = -mu g s with s the generalised speed: integrate s along the way.
         let times: Vec<f64> = (0..4000).map(|i| f64::from(i) * 1e-4).collect();
-        let path = predict_slide(&SLIDER, &start(0.4, 6.0), 0.0, &times);
+        let path = SLIDER.simulate(&start(0.4, 6.0), &(), 0.0, &times);
         let way: f64 = path.iter().map(|m| 1e-4 * SLIDER.speed(&m.velocity, m.spin)).sum();
         let energy = 0.5 * (0.4f64.powi(2) + (0.035f64 * 6.0).powi(2));
         assert!((way * 3.0 / energy - 1.0).abs() < 3e-3, "{way}");

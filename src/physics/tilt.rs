@@ -1,5 +1,84 @@
 //! A tilting table: the body holds until `tan(angle) = mu_s`, then slides with `mu_k`.
 
+use super::Simulator;
+
+/// A body on a support that turns: it holds until the slope reaches the static coefficient, then slides with the kinetic one
+/// (Tanaka et al., "haptic vision", eqs. 3 and 4).
+#[derive(Clone, Copy, Debug)]
+pub struct Tilted {
+    /// Static and kinetic coefficient.
+    pub friction: [f64; 2],
+}
+
+/// Gravity along and against the support over time.
+#[derive(Clone, Debug)]
+pub struct Slope {
+    /// s.
+    pub time: Vec<f64>,
+    /// Along the support, m/s².
+    pub along: Vec<f64>,
+    /// Against it, m/s².
+    pub normal: Vec<f64>,
+}
+
+impl Slope {
+    /// Both at `t`, linear between rows, constant beyond.
+    pub fn at(&self, t: f64) -> (f64, f64) {
+        let after = self.time.partition_point(|x| *x <= t);
+        let (i, j) = (after.saturating_sub(1), after.min(self.time.len() - 1));
+        let span = self.time[j] - self.time[i];
+        let share = if span > 0.0 {
+            ((t - self.time[i]) / span).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let read = |v: &[f64]| v[i] + (v[j] - v[i]) * share;
+        (read(&self.along), read(&self.normal))
+    }
+
+    /// When `along / normal` first exceeds `mu`, s.
+    pub fn reaches(&self, mu: f64) -> Option<f64> {
+        let i = (0..self.time.len()).find(|&i| self.along[i] > mu * self.normal[i])?;
+        let j = i.checked_sub(1)?;
+        let excess = |k: usize| self.along[k] - mu * self.normal[k];
+        Some(self.time[j] + (self.time[i] - self.time[j]) * -excess(j) / (excess(i) - excess(j)))
+    }
+}
+
+impl Tilted {
+    /// The distance slid at each time, m.
+    pub fn slid(&self, slope: &Slope, times: &[f64]) -> Vec<f64> {
+        match slope.reaches(self.friction[0]) {
+            Some(start) => self.simulate(&(0.0, 0.0), slope, start, times),
+            None => vec![0.0; times.len()],
+        }
+    }
+}
+
+impl Simulator for Tilted {
+    type Drive = Slope;
+    /// Distance slid, m, and speed, m/s.
+    type State = (f64, f64);
+    type Seen = f64;
+
+    const STEP: f64 = 2e-3;
+
+    fn advance(&self, (s, v): &(f64, f64), slope: &Slope, t: f64, h: f64) -> (f64, f64) {
+        let pull = |t: f64| {
+            let (along, normal) = slope.at(t);
+            along - self.friction[1] * normal
+        };
+        // Trapezoid in the acceleration, exact for a linear ramp up to O(h³).
+        let (now, next) = (pull(t), pull(t + h));
+        let way = s + v * h + h * h * (2.0 * now + next) / 6.0;
+        (way, (v + 0.5 * h * (now + next)).max(0.0))
+    }
+
+    fn seen(&self, state: &(f64, f64)) -> f64 {
+        state.0
+    }
+}
+
 /// What a tilt comes to.
 #[derive(Clone, Debug, Default)]
 pub struct TiltOutcome {
@@ -11,25 +90,21 @@ pub struct TiltOutcome {
 
 /// Slope angle (rad) over time in, displacement out: `s'' = g (sin a - mu_k cos a)` after the onset.
 pub fn predict_tilt(time: &[f64], angle: &[f64], mu_static: f64, mu_kinetic: f64, gravity: f64) -> TiltOutcome {
-    let mut out = TiltOutcome {
-        onset: None,
-        slid: Vec::with_capacity(time.len()),
+    let slope = Slope {
+        time: time.to_vec(),
+        along: angle.iter().map(|a| gravity * a.sin()).collect(),
+        normal: angle.iter().map(|a| gravity * a.cos()).collect(),
     };
-    let (mut s, mut v) = (0.0, 0.0f64);
-    for i in 0..time.len() {
-        if out.onset.is_none() && angle[i].tan() > mu_static {
-            out.onset = Some(i);
-        }
-        if out.onset.is_some() && i > 0 {
-            let dt = time[i] - time[i - 1];
-            let pull = gravity * (angle[i].sin() - mu_kinetic * angle[i].cos());
-            let before = v;
-            v = (v + pull * dt).max(0.0);
-            s += 0.5 * (before + v) * dt;
-        }
-        out.slid.push(s);
-    }
-    out
+    let tilted = Tilted {
+        friction: [mu_static, mu_kinetic],
+    };
+    let onset = angle.iter().position(|a| a.tan() > mu_static);
+    let slid = match onset {
+        // Steep from the first moment on: it slides at once.
+        Some(0) => tilted.simulate(&(0.0, 0.0), &slope, time[0], time),
+        _ => tilted.slid(&slope, time),
+    };
+    TiltOutcome { onset, slid }
 }
 
 #[cfg(test)]

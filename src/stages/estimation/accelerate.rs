@@ -10,7 +10,7 @@ use super::evidence::{mean_wrench, tare_of};
 use super::facts::Ground;
 use crate::capture::{Interaction, PhaseKind, Segmented};
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt};
-use crate::physics::{Driven, predict_driven};
+use crate::physics::{Driven, Simulator};
 
 /// What one such push tells: mass, kg, and kinetic friction force, N, with standard deviations.
 #[derive(Clone, Debug)]
@@ -159,7 +159,7 @@ fn fit(run: &Run) -> Option<Fit> {
         };
         let state = (Vector2::new(x[2], x[3]), Vector2::new(x[4], x[5]));
         let late: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
-        let path = predict_driven(&body, state, &run.force, &late);
+        let path = body.simulate(&state, &run.force, late[0], &late);
         let misses = path.iter().zip(&run.position).map(|(p, seen)| (seen - p) / run.noise);
         let mut out: Vec<f64> = misses.flat_map(|m| [m.x, m.y]).collect();
         out.push(x[6] / LATE);
@@ -196,7 +196,7 @@ fn inertia(run: &Run, fit: &Fit, mass: f64) -> f64 {
         friction: fit.x[1].exp(),
     };
     let state = (Vector2::new(fit.x[2], fit.x[3]), Vector2::new(fit.x[4], fit.x[5]));
-    let path = predict_driven(&body, state, &run.force, &run.time);
+    let path = body.simulate(&state, &run.force, run.time[0], &run.time);
     let mut squares = Vec::new();
     for k in 1..path.len().saturating_sub(1) {
         let (a, b) = (run.time[k] - run.time[k - 1], run.time[k + 1] - run.time[k]);

@@ -2,13 +2,18 @@
 
 use nalgebra::Vector3;
 
+use super::coast::Shape;
 use super::facts::{Facts, Ground};
 use super::lift::centre_of_mass;
-use super::pool::{pooled, relative_sd};
+use super::pool::pooled;
 use super::press::{Stiffer, stiffer_than_felt};
 use super::resolve::Before;
-use crate::base::{Estimate, Status};
+use super::spin::write_inertia;
+use crate::base::Estimate;
 use crate::twin::Link;
+
+/// Scatter of stiffness from press to press that is expected before any is seen, a share.
+const SCATTER: f64 = 0.015;
 
 /// Stiffness and damping from the presses of a link.
 pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
@@ -21,10 +26,10 @@ pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
     };
     let tip = stiffer_than_felt(&facts.presses);
     let felt: Vec<(f64, f64)> = facts.presses.iter().map(|p| p.seen).collect();
-    link.stiffness = pooled(&felt, 0.01, 0.0, "N/m", from.clone(), method).map(|e| stiffer(e, &tip, 1));
+    link.stiffness = pooled(&felt, SCATTER, 0.0, "N/m", from.clone(), method).map(|e| stiffer(e, &tip, 1));
     let damping: Vec<(f64, f64)> = facts.presses.iter().filter_map(|p| p.damping).collect();
     // A body with damper behind an elastic tip moves by the share r of the travel, and its force is felt r times: r².
-    link.damping = pooled(&damping, 0.1, 0.0, "N·s/m", from, method).map(|e| stiffer(e, &tip, 2));
+    link.damping = pooled(&damping, 2.0 * SCATTER, 0.0, "N·s/m", from, method).map(|e| stiffer(e, &tip, 2));
 }
 
 /// What the tool feels as what the body has, `power` times the factor of the tip.
@@ -60,32 +65,24 @@ pub(super) fn write_centre(link: &mut Link, facts: &Facts, before: &Before, _gro
     }
 }
 
-/// Fills in what a simulator needs of a link that has a mass: centroid and inertia of its shape at uniform density.
-pub(super) fn fill_inertial(link: &mut Link, before: &Before) {
-    let (Some(mass), Some(solid)) = (&link.mass, &before.solid) else {
+/// Fills in what a simulator needs of a link that has a mass: the centroid of its shape, and its inertia.
+pub(super) fn fill_inertial(link: &mut Link, before: &Before, facts: Option<&Facts>, shape: Option<&Shape>) {
+    if link.mass.is_none() || before.solid.is_none() {
         return;
-    };
+    }
     let (centroid, spread) = before.centre();
-    let shape = "shape-uniform-density";
     if link.com.is_none() {
         link.com = Some(Estimate::assumed(
             [centroid.x, centroid.y, centroid.z],
             spread.into(),
             "m",
-            shape,
+            "shape-uniform-density",
         ));
     }
-    let scaled = solid.inertia * (mass.value / solid.volume);
-    let i = |r: usize, c: usize| scaled[(r, c)];
-    let value = [i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)];
-    // Uniform density is a guess: hollow or bottom-heavy things differ by some 30 %.
-    let relative = relative_sd(mass).hypot(0.3);
-    let diagonal = scaled.trace() / 3.0;
-    let sd = value.map(|v| relative * v.abs().max(0.1 * diagonal));
-    let inertia = Estimate::assumed(value, sd, "kg·m²", shape);
-    link.inertia = Some(Estimate {
-        status: Status::Assumed,
-        from: mass.from.clone(),
-        ..inertia
-    });
+    let spins = facts.map_or(&[][..], |f| &f.spins);
+    let Some(shape) = shape else { return };
+    // Where pushes make no sense together, the shape still stands.
+    if write_inertia(link, before, spins, shape).is_none() {
+        write_inertia(link, before, &[], shape);
+    }
 }

@@ -3,13 +3,15 @@
 //! Output error: the slide is simulated from an unknown state at release and compared with the track, so no speed is
 //! taken from differences. No force enters: with the force of the push this parts mass from friction.
 
+use std::sync::Arc;
+
 use nalgebra::{DVector, Point3, Rotation2, Vector2, Vector3};
 
 use super::evidence::tare_of;
 use super::facts::Ground;
 use crate::capture::{Interaction, PoseStream, Segmented};
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median};
-use crate::physics::{PlaneMotion, Slider, predict_slide};
+use crate::physics::{LimitSurface, PlaneMotion, Simulator, Slider};
 
 /// Kinetic friction from one coasting.
 #[derive(Clone, Debug)]
@@ -19,13 +21,17 @@ pub(super) struct Coast {
 }
 
 /// What is taken of the shape: centroid (link frame) with torsional radius and radius of gyration, m.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Shape {
     pub centre: Point3<f64>,
     pub torsional_radius: f64,
     pub gyration_radius: f64,
     /// How far the centre of mass may be from the centroid in the plane, m (1 sd per axis).
     pub spread: f64,
+    /// Height of the centroid above the support, m.
+    pub height: f64,
+    /// Friction under an even pressure, axes of [`Plane::of`] the normal in the link frame; none where no underside is known.
+    pub surface: Option<Arc<LimitSurface>>,
 }
 
 /// Share of the largest force below which the tool counts as gone.
@@ -165,7 +171,7 @@ fn fit(run: &Run, shape: &Shape, g: f64) -> Option<Fit> {
             heading: x[5],
             spin: x[6],
         };
-        let path = predict_slide(&slider, &state, run.time[0], &run.time);
+        let path = slider.simulate(&state, &(), run.time[0], &run.time);
         let mut out = vec![x[7] / RATIO, (x[0] - f64::ln(0.3)) / 1.5];
         out.extend([off.x / shape.spread, off.y / shape.spread]);
         for (i, seen) in path.iter().enumerate() {

@@ -7,14 +7,16 @@ use nalgebra::{Point3, Vector3};
 use super::Config;
 use super::accelerate::{Accelerated, accelerated};
 use super::coast::{Coast, Shape, coast_of};
+use super::face::Face;
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
-use super::push::{Plane, Push, read_push};
+use super::push::{Plane, Push, read_push_on};
 use super::shoved::shoved;
+use super::spin::Spun;
 use super::tilt::{Slide, slide_of};
 use crate::base::Notices;
 use crate::capture::{Capture, Interaction, Kind, PhaseKind, Segmented};
-use crate::twin::Twin;
+use crate::twin::{Model, Twin};
 
 /// The findings about one link.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +29,8 @@ pub(super) struct Facts {
     pub accelerated: Vec<Accelerated>,
     /// Fast pushes that were followed as a whole, coasting and all.
     pub shoved: Vec<Accelerated>,
+    /// What those say of how it turns.
+    pub spins: Vec<Spun>,
     /// Pushes in which the link moved alone.
     pub pushes: Vec<Push>,
     /// Pushes in which other links moved along as one rigid group.
@@ -100,7 +104,7 @@ pub(super) fn gather(
     capture: &Capture,
     segmented: &[Segmented],
     ground: &Ground,
-    twin: &Twin,
+    model: &Model,
     shapes: &BTreeMap<String, Shape>,
     config: &Config,
     notices: &mut Notices,
@@ -115,7 +119,7 @@ pub(super) fn gather(
         };
         let entry = facts.entry(link.to_string()).or_default();
         let shape = shapes.get(link);
-        let read = read_one(interaction, cut, link, ground, twin, shape, config, notices, entry);
+        let read = read_one(interaction, cut, link, ground, model, shape, config, notices, entry);
         // A motion without a force was never meant to tell of matter.
         if !read && (interaction.force.is_some() || interaction.support_path.is_some()) {
             notices.note(
@@ -139,7 +143,7 @@ fn read_one(
     cut: &Segmented,
     link: &str,
     ground: &Ground,
-    twin: &Twin,
+    model: &Model,
     shape: Option<&Shape>,
     config: &Config,
     notices: &mut Notices,
@@ -169,10 +173,14 @@ fn read_one(
             found.is_some()
         }
         Kind::Push | Kind::Pull => {
-            let company = company(interaction, cut, link, twin);
+            let company = company(interaction, cut, link, &model.twin);
+            let face = face_of(interaction, cut, link, model, ground);
+            let face = face.as_ref();
             let alone = matches!(company, Company::Alone) && interaction.kind == Kind::Push;
             let shape = shape.filter(|_| alone);
-            let whole = shape.and_then(|s| shoved(interaction, cut, link, ground, s, config));
+            let whole = shape.and_then(|s| shoved(interaction, cut, link, ground, s, face, config));
+            let (whole, spin) = whole.unzip();
+            facts.spins.extend(spin.flatten());
             // What was followed as a whole is not read a second time from its end.
             let shape = shape.filter(|_| whole.is_none());
             let coast = shape.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
@@ -184,7 +192,7 @@ fn read_one(
             let coasted = coast.is_some() || whole.is_some();
             facts.shoved.extend(whole);
             facts.coasts.extend(coast);
-            let Some(push) = read_push(interaction, cut, link, ground, config) else {
+            let Some(push) = read_push_on(face, interaction, cut, link, ground, config) else {
                 return coasted;
             };
             match company {
@@ -196,6 +204,18 @@ fn read_one(
         }
         Kind::Toss | Kind::Hold => true,
     }
+}
+
+/// The face that the finger of a push meets.
+pub(super) fn face_of(
+    interaction: &Interaction,
+    cut: &Segmented,
+    link: &str,
+    model: &Model,
+    ground: &Ground,
+) -> Option<Face> {
+    let mesh = model.twin.link(link)?.mesh.as_ref()?;
+    Face::of(interaction, cut, link, model.meshes.get(mesh)?, ground)
 }
 
 /// Whether nothing but the link moved, and it hangs on no joint.

@@ -150,7 +150,7 @@ fn without_slope(pushes: &[Push], surface: &Surface, config: &Config) -> (Vec<(f
 
 /// By how much the excess of static over kinetic friction that shows falls short: likely and most factor. Where a
 /// push also turns the body, its points let go one after another, and their peaks do not add up.
-const HIDDEN: [f64; 2] = [1.25, 1.9];
+const HIDDEN: [f64; 2] = [1.8, 2.3];
 /// Largest swing of the force, as a share of its peak, at which a push tells of static friction at all.
 const BLOW: f64 = 0.5;
 

@@ -1,6 +1,9 @@
 //! The verb of the physics pass.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Config;
 use super::body::{fill_inertial, write_centre, write_presses};
@@ -10,12 +13,15 @@ use super::facts::{Facts, Ground, gather, ground_of};
 use super::finger::fit_fingers;
 use super::joint::joint_dynamics;
 use super::materials::material_friction;
+use super::push::Plane;
 use super::resolve::{Before, conclude};
 use super::share::share_out;
-use super::solid::solid_of;
+use super::solid::{Solid, solid_of};
 use super::toss::identify_tosses;
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
+use crate::geometry::Mesh;
+use crate::physics::{LimitSurface, pressed_underside};
 use crate::twin::Model;
 
 /// Writes matter (mass, centre of mass, inertia, friction, stiffness) into the links of `model`, and
@@ -31,7 +37,7 @@ pub fn identify(
     let ground = ground_of(capture, &model.twin);
     let befores = befores(capture, model)?;
     let shapes = shapes(model, &befores, &ground);
-    let facts = gather(capture, segmented, &ground, &model.twin, &shapes, config, notices);
+    let facts = gather(capture, segmented, &ground, model, &shapes, config, notices);
     for (name, found) in &facts {
         write_link(model, name, found, &befores, &ground, config, notices);
     }
@@ -43,7 +49,7 @@ pub fn identify(
     }
     for (name, before) in &befores {
         if let Some(link) = model.twin.link_mut(name) {
-            fill_inertial(link, before);
+            fill_inertial(link, before, facts.get(name), shapes.get(name));
         }
     }
     joint_dynamics(capture, segmented, model, &ground, config, notices);
@@ -89,6 +95,7 @@ pub(super) fn shapes(model: &Model, befores: &BTreeMap<String, Before>, ground: 
 /// What is known beforehand of every link.
 pub(super) fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMap<String, Before<'a>>> {
     let support = capture.support.as_ref();
+    let normal = ground_of(capture, &model.twin).plane.normal;
     let mut out = BTreeMap::new();
     for (_, link) in model.twin.links() {
         let given = capture.prior(&link.name);
@@ -100,15 +107,35 @@ pub(super) fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMa
             None => None,
         };
         let mesh = link.mesh.as_ref().and_then(|path| model.meshes.get(path));
+        let solid = mesh.and_then(solid_of);
+        let up = link.pose.rotation.inverse() * normal;
+        let height = mesh.zip(solid.as_ref()).map_or(0.0, |(m, s)| {
+            let heights = m.vertices.iter().map(|v| v.coords.dot(&up));
+            s.centroid.coords.dot(&up) - heights.fold(f64::INFINITY, f64::min)
+        });
+        let surface = mesh.zip(solid.as_ref()).and_then(|(m, s)| surface_of(m, s, &up));
         out.insert(
             link.name.clone(),
             Before {
                 given,
-                solid: mesh.and_then(solid_of),
+                height,
+                solid,
+                surface,
                 support_friction: support.and_then(|s| s.friction),
                 table: table.map(|t| ((t.kinetic, t.kinetic_sd), (t.static_, t.static_sd))),
             },
         );
     }
     Ok(out)
+}
+
+/// Friction under an even pressure on what stands below where `up` (mesh axes) is up, axes of [`Plane::of`].
+fn surface_of(mesh: &Mesh, solid: &Solid, up: &Vector3<f64>) -> Option<Arc<LimitSurface>> {
+    let frame = Plane::of(*up);
+    let rows = [frame.x, frame.y, frame.normal].map(|v| v.transpose());
+    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_rows(&rows));
+    let turn = UnitQuaternion::from_rotation_matrix(&turn);
+    let pose = Isometry3::from_parts(Translation3::identity(), turn);
+    let pressed = pressed_underside(mesh, &pose, &(pose * solid.centroid).xy())?;
+    LimitSurface::of(&pressed.points).map(Arc::new)
 }

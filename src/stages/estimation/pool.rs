@@ -1,7 +1,10 @@
 //! From several trials to one estimate.
 
 use crate::base::Estimate;
-use crate::math::random_effects;
+use crate::math::random_effects_expecting;
+
+/// How many trials the scatter that is expected from touch to touch counts for: it was learnt from other things.
+pub(super) const EXPECTED_TRIALS: f64 = 6.0;
 
 /// A measured scalar from repeated trials, with the scatter between them; `scatter` is the share expected
 /// before any is seen, `common` a standard deviation that all trials share.
@@ -15,7 +18,7 @@ pub(super) fn pooled(
 ) -> Option<Estimate> {
     let (values, sds): (Vec<f64>, Vec<f64>) = trials.iter().copied().unzip();
     let middle = crate::math::median(&values)?;
-    let pooled = random_effects(&values, &sds, scatter * middle.abs())?;
+    let pooled = random_effects_expecting(&values, &sds, scatter * middle.abs(), EXPECTED_TRIALS)?;
     let sd = pooled.sd.hypot(common);
     let half = pooled.half95.hypot(1.96 * common);
     Some(

@@ -4,8 +4,9 @@ use nalgebra::{Point3, Vector2, Vector3};
 
 use super::Config;
 use super::evidence::{MeanWrench, MotionState, bridge_snapshots, mean_wrench, motion_at, tare_of, tool_at};
+use super::face::Face;
 use super::facts::Ground;
-use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
+use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
 
 /// Wrench and motion of the pushed link averaged over a block of time, in the plane of the support.
 #[derive(Clone, Copy, Debug)]
@@ -93,21 +94,21 @@ impl Plane {
     }
 }
 
-/// How far the tool's surface is from its origin along `direction`, m.
-fn reach(interaction: &Interaction, direction: &Vector3<f64>) -> f64 {
-    match interaction.tool.as_ref().map(|t| (&t.shape, t.grip || t.pin)) {
-        Some((_, true)) | None => 0.0,
-        Some((ToolShape::Sphere { radius }, _)) => *radius,
-        Some((ToolShape::Box { half }, _)) => (0..3)
-            .map(|k| half[k] / direction[k].abs().max(1e-9))
-            .fold(f64::INFINITY, f64::min),
-        Some((ToolShape::Cylinder { radius, .. }, _)) => *radius,
-        Some((ToolShape::Mesh(_), _)) => 0.0,
-    }
+/// The blocks of one push, a force without torque taken to act at the finger's centre; `None` where it has no force, no
+/// track, or nothing slid.
+pub(super) fn read_push(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    config: &Config,
+) -> Option<Push> {
+    read_push_on(None, interaction, segmented, link, ground, config)
 }
 
-/// The blocks of one push; `None` where it has no force, no track, or nothing slid.
-pub(super) fn read_push(
+/// The same, the force acting where the finger touches `face`.
+pub(super) fn read_push_on(
+    face: Option<&Face>,
     interaction: &Interaction,
     segmented: &Segmented,
     link: &str,
@@ -139,7 +140,7 @@ pub(super) fn read_push(
         let wrench = mean_wrench(stream, from, to, &tare);
         let motion = motion_at(track, t, config.smoothing);
         if let (Some(w), Some(m), Some(p)) = (wrench, motion, tool_at(tool, t)) {
-            let mut block = block_of(interaction, ground, &w, &m, &p, noise);
+            let mut block = block_of(interaction, ground, face, &w, &m, &p, noise);
             block.time = t;
             if bridged {
                 block.acceleration = Vector2::zeros();
@@ -174,6 +175,7 @@ pub(super) fn read_push(
 fn block_of(
     interaction: &Interaction,
     ground: &Ground,
+    face: Option<&Face>,
     wrench: &MeanWrench,
     motion: &MotionState,
     tool: &Point3<f64>,
@@ -182,12 +184,14 @@ fn block_of(
     let plane = &ground.plane;
     let stiff = interaction.tool.as_ref().is_some_and(|t| t.grip);
     let force = wrench.force;
-    let along = force.try_normalize(1e-9).unwrap_or_default();
     let arm = tool.coords - motion.pose.translation.vector;
-    // Without torque the line of action is taken through the tool's surface along the force.
+    // Without torque the force acts where finger and face touch.
     let moment = match wrench.torque {
         Some(torque) => torque + arm.cross(&force),
-        None => (arm + along * reach(interaction, &along)).cross(&force),
+        None => {
+            let touch = face.and_then(|f| f.touch(&motion.pose, tool)).unwrap_or_default();
+            (arm + touch).cross(&force)
+        }
     };
     let axes = motion.pose.rotation.to_rotation_matrix().into_inner();
     Block {

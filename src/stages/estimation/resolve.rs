@@ -1,5 +1,7 @@
 //! From facts to matter: which of mass and friction the data fix, which only their product.
 
+use std::sync::Arc;
+
 use nalgebra::{Point3, Vector3};
 
 use super::Config;
@@ -12,6 +14,7 @@ use super::solid::Solid;
 use super::surface::SurfacePrior;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{BodyPrior, SupportFriction};
+use crate::physics::LimitSurface;
 use crate::twin::Link;
 
 pub(super) const STAGE: &str = "estimation";
@@ -21,6 +24,10 @@ pub(super) const STAGE: &str = "estimation";
 pub(super) struct Before<'a> {
     pub given: Option<&'a BodyPrior>,
     pub solid: Option<Solid>,
+    /// Height of the centroid above the underside as first seen, m.
+    pub height: f64,
+    /// Friction under an even pressure on that underside.
+    pub surface: Option<Arc<LimitSurface>>,
     /// Friction given in the capture.
     pub support_friction: Option<SupportFriction>,
     /// Kinetic and static friction from the table of materials, with standard deviations.
@@ -68,6 +75,8 @@ impl Before<'_> {
             torsional_radius,
             gyration_radius: about.unwrap_or(torsional_radius).max(1e-3),
             spread: (self.centre().1.norm() / 3.0f64.sqrt()).max(1e-4),
+            height: self.height,
+            surface: self.surface.clone(),
         }
     }
 

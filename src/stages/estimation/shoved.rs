@@ -1,23 +1,25 @@
 //! Mass and friction from a fast push as a whole: being pushed and turned, letting go, coasting to rest.
 //!
-//! Output error: the measured wrench drives a simulated body ([`predict_shoved`]), and its way and heading are compared with
+//! Output error: the measured wrench drives a simulated body ([`Shoved`]), and its way and heading are compared with
 //! the track; neither a speed nor an acceleration is taken from differences. While it is pushed, the force tells the
 //! friction force; while it coasts, the way tells the friction force over the mass. One push has one friction, so that the
 //! scatter of friction from push to push does not reach the mass. The blow at first touch lasts for a few readings, too
 //! few to tell its impulse: what is compared begins after it, from an unknown motion.
 
-use nalgebra::{DVector, Vector2, Vector3};
+use nalgebra::{DVector, Matrix5, UnitQuaternion, Vector2, Vector3, Vector5};
 
 use super::Config;
 use super::accelerate::Accelerated;
 use super::action::rest_pose;
 use super::coast::Shape;
 use super::evidence::{Tare, mean_wrench, tare_of, tool_at};
+use super::face::Face;
 use super::facts::Ground;
 use super::push::Plane;
+use super::spin::Spun;
 use crate::capture::{Interaction, PhaseKind, Segmented, WrenchStream};
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median, quantile};
-use crate::physics::{PlaneMotion, Shove, Shoved, predict_shoved};
+use crate::physics::{PlaneMotion, Shove, Shoved, Simulator};
 
 /// Least speed at which a body coasts a millimetre and more once it is let go, m/s.
 const FAST: f64 = 0.1;
@@ -37,6 +39,8 @@ const REST: f64 = 0.08;
 /// What exceeds this many times the usual force of the push is a blow; time after it until its force is forgotten, s.
 const BLOW: f64 = 2.5;
 const AFTER: f64 = 0.012;
+/// Iterations after which the best of several starts is chosen.
+const FIRST: usize = 8;
 /// Unknowns of the law; the motion at the start comes on top.
 const LAW: usize = 7;
 
@@ -48,6 +52,9 @@ struct Run {
     /// From the tracked point to the centroid at the start, m.
     centre: Vector2<f64>,
     noise: (f64, f64),
+    /// World-from-link turn at the start, and the heading at which the link's own plane axes are those of the plane.
+    home: UnitQuaternion<f64>,
+    aligned: f64,
     /// Along the support's normal, m/s².
     gravity: f64,
 }
@@ -59,10 +66,18 @@ pub(super) fn shoved(
     link: &str,
     ground: &Ground,
     shape: &Shape,
+    face: Option<&Face>,
     config: &Config,
-) -> Option<Accelerated> {
-    let (whole, _) = shoved_whole(interaction, segmented, link, ground, shape, config, LATE)?;
-    (whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0).then_some(whole)
+) -> Option<(Accelerated, Option<Spun>)> {
+    let Told { whole, spun, .. } = shoved_on(interaction, segmented, link, ground, shape, face, config, LATE)?;
+    (whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0).then_some((whole, spun))
+}
+
+/// What one push says.
+struct Told {
+    whole: Accelerated,
+    spun: Option<Spun>,
+    delay: (f64, f64),
 }
 
 /// The same, however little they show, and how much later than the track the force is read, s, with its standard deviation; it
@@ -76,7 +91,26 @@ pub(super) fn shoved_whole(
     config: &Config,
     late: f64,
 ) -> Option<(Accelerated, (f64, f64))> {
-    let run = run_of(interaction, segmented, link, ground, shape)?;
+    let told = shoved_on(interaction, segmented, link, ground, shape, None, config, late)?;
+    Some((told.whole, told.delay))
+}
+
+/// The same, the force acting where the finger touches `face`.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a recording, what is known beforehand, and where to look"
+)]
+fn shoved_on(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    shape: &Shape,
+    face: Option<&Face>,
+    config: &Config,
+    late: f64,
+) -> Option<Told> {
+    let run = run_of(interaction, segmented, link, ground, shape, face)?;
     let fit = fit(&run, shape, late)?;
     let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
@@ -91,10 +125,34 @@ pub(super) fn shoved_whole(
         friction,
         shared,
     };
-    (misfit < MISFIT).then_some((whole, (fit.x[6], fit.sd(6) * wide)))
+    let at = [0, 2, 3, 4, 5];
+    let solved = Vector5::from_fn(|i, _| fit.x[at[i]]);
+    let covariance = Matrix5::from_fn(|i, j| fit.covariance[(at[i], at[j])]);
+    let priors = [shape.spread, shape.spread, RADII[0], RADII[1]];
+    let [x, y, normal] = [&ground.plane.x, &ground.plane.y, &ground.plane.normal].map(|v| run.home.inverse() * v);
+    let spun = Spun::of(
+        &interaction.name,
+        (&solved, &covariance),
+        priors,
+        wide,
+        (&x, &y),
+        normal,
+    );
+    (misfit < MISFIT).then_some(Told {
+        whole,
+        spun,
+        delay: (fit.x[6], fit.sd(6) * wide),
+    })
 }
 
-fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: &Ground, shape: &Shape) -> Option<Run> {
+fn run_of(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    shape: &Shape,
+    face: Option<&Face>,
+) -> Option<Run> {
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
     let plane = &ground.plane;
@@ -135,11 +193,19 @@ fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: 
     let half = 0.5 / rate.min(500.0);
     let shove = |&t: &f64| {
         let wrench = mean_wrench(stream, t - half, t + half, &tare)?;
+        let finger = tool_at(tool, t)?;
+        let row = track.time.partition_point(|x| *x < t).min(track.len() - 1);
+        // Without torque the force acts where finger and face touch.
+        let touch = match (wrench.torque, face, track.pose(row)) {
+            (None, Some(face), Some(pose)) => face.touch(&pose.0, &finger).unwrap_or_default(),
+            _ => Vector3::zeros(),
+        };
         Some(Shove {
             time: t,
             force: plane.flat(&wrench.force),
-            at: plane.flat(&tool_at(tool, t)?.coords).into(),
+            at: plane.flat(&(finger + touch).coords).into(),
             moment: wrench.torque.map_or(0.0, |m| m.dot(&plane.normal)),
+            height: (finger - ground.point).dot(&plane.normal).max(0.0),
             lift: wrench.force.dot(&plane.normal),
         })
     };
@@ -151,6 +217,11 @@ fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: 
         heading: rows.iter().map(|r| r.2).collect(),
         centre: plane.flat(&(home * shape.centre).coords) - origin,
         noise,
+        home: home.rotation,
+        aligned: {
+            let own = plane.flat(&(home.rotation * Plane::of(home.rotation.inverse() * plane.normal).x));
+            -own.y.atan2(own.x)
+        },
         gravity: -ground.gravity.dot(&plane.normal),
     })
 }
@@ -184,7 +255,9 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
             torsional_radius: shape.torsional_radius * x[4].exp(),
             gyration_radius: shape.gyration_radius * x[5].exp(),
             centre: run.centre + off,
+            height: shape.height,
             gravity: run.gravity,
+            surface: shape.surface.as_deref().map(|s| (s, run.aligned)),
         };
         let start = PlaneMotion {
             position: Vector2::new(x[LAW], x[LAW + 1]),
@@ -193,7 +266,7 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
             spin: x[LAW + 5],
         };
         let times: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
-        let path = predict_shoved(&body, &start, &run.shoves, &times);
+        let path = body.simulate(&body.centred(&start), &run.shoves, times[0], &times);
         let mut out = vec![
             off.x / shape.spread,
             off.y / shape.spread,
@@ -210,9 +283,9 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
     let steps = DVector::from_vec(vec![
         1e-4, 1e-4, 1e-5, 1e-5, 1e-3, 1e-3, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5, 1e-4,
     ]);
-    let settings = Settings {
+    let settings = |iterations: usize| Settings {
         loss: Loss::Huber(2.5),
-        iterations: 40,
+        iterations,
         tolerance: 1e-6,
     };
     let early = 6.min(run.time.len() - 1);
@@ -234,8 +307,9 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
             spin,
         ];
         start.rows_mut(LAW, 6).copy_from_slice(&motion);
-        levenberg_marquardt(&start, &steps, settings, residuals)
+        levenberg_marquardt(&start, &steps, settings(FIRST), residuals)
     });
     let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let best = levenberg_marquardt(&best.x, &steps, settings(40), residuals)?;
     best.x.iter().all(|v| v.is_finite()).then_some(best)
 }

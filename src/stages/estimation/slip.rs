@@ -92,6 +92,7 @@ pub(super) fn slip_of(
 }
 
 /// The plane of the support, and where the body was in the world at first.
+#[derive(Clone, Debug)]
 pub(super) struct PlaneFrame {
     pub turn: UnitQuaternion<f64>,
     pub start: Pose,

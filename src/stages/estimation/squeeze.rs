@@ -3,11 +3,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt};
+use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median};
 use crate::physics::ElasticLaw;
 
-/// Lag between force and position that no one stated, s (1 sd).
-const LAG: f64 = 1.5e-3;
 /// Share by which the laws themselves may be off.
 const FORM: f64 = 0.003;
 /// Twice the gain in log likelihood that an extension must bring, per effective sample counted.
@@ -24,6 +22,15 @@ pub(super) struct Course {
     pub noise: f64,
 }
 
+impl Course {
+    /// Lag between force and position, s (1 sd): all streams are on one clock, but whether a reading is that of its moment
+    /// or the mean of the sample before it nobody says.
+    fn lag(&self) -> f64 {
+        let steps: Vec<f64> = self.time.windows(2).map(|w| w[1] - w[0]).collect();
+        0.5 * median(&steps).unwrap_or(2e-3)
+    }
+}
+
 /// What one press says: each value with its standard deviation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Squeezed {
@@ -37,7 +44,9 @@ pub(super) struct Squeezed {
 
 /// ln k, c/k (s), contact (m), lag (s), hardening (1/m), relaxing share, ln tau.
 const STEPS: [f64; 7] = [1e-5, 1e-6, 1e-7, 1e-6, 1e-3, 1e-4, 1e-3];
-const LOOSE: [f64; 7] = [3.0, 0.03, 0.01, LAG, 100.0, 0.3, 0.8];
+fn loose(course: &Course) -> [f64; 7] {
+    [3.0, 0.03, 0.01, course.lag(), 100.0, 0.3, 0.8]
+}
 const HARDENING: usize = 4;
 const RELAXING: usize = 5;
 
@@ -63,13 +72,13 @@ pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<S
             (best, free) = (found, wider);
         }
     }
-    read(&best.0, &best.1, &free)
+    read(&best.0, &best.1, &free, &loose(course))
 }
 
 /// Whether a relaxation can be told from a stiffer spring: it must be a share that stands out, over well before the press
 /// is; one that is slower than the press is long only trades stiffness for its own share.
 fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 7]), free: &[bool; 7]) -> bool {
-    let sds = deviations(fit, free);
+    let sds = deviations(fit, free, &loose(course));
     let lasts = course.time[course.time.len() - 1] - course.time[0];
     let slowest = (x[RELAXING + 1] + sds[RELAXING + 1]).exp();
     x[RELAXING] > 3.0 * sds[RELAXING] && slowest < 0.4 * lasts && sds[RELAXING + 1] < 0.5
@@ -78,11 +87,11 @@ fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 7]), free: &[bool; 7]) -> boo
 /// Standard deviations of the free unknowns, zero for the others: `C (f H + P) C` with the information `H` of the data, that
 /// of the priors `P`, `C = (H + P)^-1` and the factor `f` by which residuals that remember and miss make the data count for
 /// less. A prior alone is not doubted by what the data leave over.
-fn deviations(fit: &Fit, free: &[bool; 7]) -> [f64; 7] {
+fn deviations(fit: &Fit, free: &[bool; 7], loose: &[f64; 7]) -> [f64; 7] {
     let used: Vec<usize> = (0..7).filter(|k| free[*k]).collect();
     let prior = DMatrix::from_diagonal(&DVector::from_iterator(
         used.len(),
-        used.iter().map(|k| LOOSE[*k].powi(-2)),
+        used.iter().map(|k| loose[*k].powi(-2)),
     ));
     let mut out = [0.0; 7];
     let c = &fit.covariance;
@@ -105,8 +114,8 @@ fn inflation(fit: &Fit) -> f64 {
     misfit * (n / effective_samples(fit.residuals.as_slice())).clamp(1.0, 50.0)
 }
 
-fn read(fit: &Fit, x: &[f64; 7], free: &[bool; 7]) -> Option<Squeezed> {
-    let sds = deviations(fit, free);
+fn read(fit: &Fit, x: &[f64; 7], free: &[bool; 7], loose: &[f64; 7]) -> Option<Squeezed> {
+    let sds = deviations(fit, free, loose);
     let sd = |k: usize| sds[k];
     let k = x[0].exp();
     let own = sd(0).hypot(FORM);
@@ -145,6 +154,7 @@ fn predict(course: &Course, x: &[f64; 7]) -> Vec<f64> {
 
 fn fit(course: &Course, free: &[bool; 7], prior: &[f64; 7], start: &[f64; 7]) -> Option<(Fit, [f64; 7])> {
     let used: Vec<usize> = (0..7).filter(|k| free[*k]).collect();
+    let loose = loose(course);
     let whole = |v: &DVector<f64>| {
         let mut x = *start;
         used.iter().enumerate().for_each(|(i, k)| x[*k] = v[i]);
@@ -163,7 +173,7 @@ fn fit(course: &Course, free: &[bool; 7], prior: &[f64; 7], start: &[f64; 7]) ->
             })
             .filter(|r| r.is_finite())
             .collect();
-        out.extend(used.iter().map(|k| (x[*k] - prior[*k]) / LOOSE[*k]));
+        out.extend(used.iter().map(|k| (x[*k] - prior[*k]) / loose[*k]));
         DVector::from_vec(out)
     };
     let settings = Settings {

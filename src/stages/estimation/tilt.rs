@@ -4,7 +4,8 @@ use nalgebra::{DVector, Point3, Vector3};
 
 use super::Config;
 use crate::capture::{Interaction, Segmented};
-use crate::math::{Fit, Loss, Settings, effective_samples, interpolate, levenberg_marquardt, turned_displacement};
+use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, turned_displacement};
+use crate::physics::{Slope, Tilted};
 
 /// Friction coefficients from one tilt.
 #[derive(Clone, Debug)]
@@ -19,58 +20,7 @@ struct Run {
     time: Vec<f64>,
     distance: Vec<f64>,
     noise: f64,
-    drive: Drive,
-}
-
-/// Gravity along and against the support over time, m/s².
-struct Drive {
-    time: Vec<f64>,
-    along: Vec<f64>,
-    normal: Vec<f64>,
-}
-
-impl Drive {
-    fn at(&self, t: f64) -> (f64, f64) {
-        let t = t.clamp(self.time[0], self.time[self.time.len() - 1]);
-        let read = |v: &[f64]| interpolate(&self.time, v, t).unwrap_or(0.0);
-        (read(&self.along), read(&self.normal))
-    }
-
-    /// When `along / normal` first exceeds `mu`.
-    fn reaches(&self, mu: f64) -> Option<f64> {
-        let i = (0..self.time.len()).find(|&i| self.along[i] > mu * self.normal[i])?;
-        let j = i.checked_sub(1)?;
-        let excess = |k: usize| self.along[k] - mu * self.normal[k];
-        Some(self.time[j] + (self.time[i] - self.time[j]) * -excess(j) / (excess(i) - excess(j)))
-    }
-}
-
-/// Distance slid at each time for coefficients `mu_s >= mu_k`: the body starts when `tan a = mu_s` (eq. 3) and
-/// then obeys `s'' = g (sin a(t) - mu_k cos a(t))`, which for a constant angle is eq. 4.
-fn slid(run: &Run, mu_s: f64, mu_k: f64) -> Vec<f64> {
-    let Some(start) = run.drive.reaches(mu_s) else {
-        return vec![0.0; run.time.len()];
-    };
-    let (mut t, mut s, mut v) = (start, 0.0, 0.0_f64);
-    let mut pull = {
-        let (a, n) = run.drive.at(t);
-        a - mu_k * n
-    };
-    run.time
-        .iter()
-        .map(|&goal| {
-            while t < goal {
-                let h = (goal - t).min(2e-3);
-                let (a, n) = run.drive.at(t + h);
-                let next = a - mu_k * n;
-                // Trapezoid in the acceleration, exact for a linear ramp up to O(h³).
-                s += v * h + h * h * (2.0 * pull + next) / 6.0;
-                v = (v + 0.5 * h * (pull + next)).max(0.0);
-                (pull, t) = (next, t + h);
-            }
-            s
-        })
-        .collect()
+    drive: Slope,
 }
 
 /// Reads the slide out of the tracks: displacement in the turning support, along the steepest descent.
@@ -89,7 +39,7 @@ fn run_of(
     let turned = turned_displacement(&path.time, &normals, &track.time, &track.position, noise, guess)?;
     let axis = normals.first()?.cross(normals.last()?);
     let downhill = axis.try_normalize(1e-6)?.cross(&normals[0]);
-    let drive = Drive {
+    let drive = Slope {
         time: path.time.clone(),
         along: normals.iter().map(|n| (gravity - n * gravity.dot(n)).norm()).collect(),
         normal: normals.iter().map(|n| -gravity.dot(n)).collect(),
@@ -164,7 +114,10 @@ fn fit_at(run: &Run, excess: f64, start: &DVector<f64>) -> Option<Fit> {
         tolerance: 1e-6,
     };
     levenberg_marquardt(start, &DVector::from_vec(vec![1e-5, 1e-6]), settings, |x| {
-        let path = slid(run, x[0] + excess, x[0]);
+        let body = Tilted {
+            friction: [x[0] + excess, x[0]],
+        };
+        let path = body.slid(&run.drive, &run.time);
         let rows = run.distance.iter().zip(path).map(|(d, s)| (d - s - x[1]) / run.noise);
         DVector::from_iterator(run.time.len(), rows)
     })

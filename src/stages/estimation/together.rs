@@ -8,6 +8,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use super::pool::EXPECTED_TRIALS;
 use crate::math::t_quantile;
 
 /// One interaction's word: `row · (ln m, ln mu, doubt of the push law) = value ± sd`.
@@ -101,7 +102,7 @@ pub(super) struct Moved {
 }
 
 /// How many trials the expected scatter counts for.
-const PRIOR_TRIALS: f64 = 2.0;
+const PRIOR_TRIALS: f64 = EXPECTED_TRIALS;
 /// Degrees of freedom of the weights that make the fit robust against one bad interaction.
 const TAILS: f64 = 6.0;
 const ROUNDS: usize = 30;

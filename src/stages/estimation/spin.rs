@@ -1,0 +1,270 @@
+//! Inertia: ten parameters of a body that matter can make, from its shape at uniform density, from what is known of its
+//! mass and centre, and from fast pushes that turned it.
+//!
+//! A fast push tells centre of mass, torsional radius and radius of gyration beside the mass ([`super::shoved`]); here they are
+//! one body's, whatever was pushed how often. What nothing shows keeps the width of its prior.
+
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix3, Matrix5, SMatrix, Vector3, Vector5};
+
+use super::coast::Shape;
+use super::pool::relative_sd;
+use super::push::Plane;
+use super::resolve::Before;
+use crate::base::{Estimate, Status};
+use crate::math::{Fit, Settings, levenberg_marquardt};
+use crate::physics::PseudoInertia;
+use crate::twin::Link;
+
+/// What one fast push says of how the body turns, its mass taken as given: the offset of the centre of mass from the
+/// centroid in the plane (m), and the logarithms of torsional radius and radius of gyration over those of the shape.
+#[derive(Clone, Debug)]
+pub(super) struct Spun {
+    pub interaction: String,
+    /// Support's normal in the link frame.
+    normal: Vector3<f64>,
+    /// Logarithm of the mass that the rest goes with.
+    mass: f64,
+    /// The four at that mass, and by how much they move with its logarithm.
+    mean: nalgebra::Vector4<f64>,
+    slope: nalgebra::Vector4<f64>,
+    information: SMatrix<f64, 4, 4>,
+}
+
+impl Spun {
+    /// From the solution of a push (logarithm of the mass, then the four) with its covariance under priors of mean nought
+    /// with these standard deviations, which are taken out; `wide` inflates what the data say. `axes` are those of the plane in
+    /// the link frame, `normal` its normal.
+    pub fn of(
+        interaction: &str,
+        solved: (&Vector5<f64>, &Matrix5<f64>),
+        priors: [f64; 4],
+        wide: f64,
+        axes: (&Vector3<f64>, &Vector3<f64>),
+        normal: Vector3<f64>,
+    ) -> Option<Self> {
+        let prior = |k: usize| if k == 0 { 0.0 } else { priors[k - 1].powi(-2) };
+        let whole = solved.1.try_inverse()?;
+        let data = (whole - Matrix5::from_diagonal(&Vector5::from_fn(|k, _| prior(k)))) / (wide * wide);
+        let pull = whole * solved.0 / (wide * wide);
+        let frame = Plane::of(normal);
+        // The offset in axes that go with the link, however it lay.
+        let turn = Matrix2::new(
+            frame.x.dot(axes.0),
+            frame.x.dot(axes.1),
+            frame.y.dot(axes.0),
+            frame.y.dot(axes.1),
+        );
+        let mut turned = Matrix5::identity();
+        turned.fixed_view_mut::<2, 2>(1, 1).copy_from(&turn);
+        let data = turned * data * turned.transpose();
+        let pull = turned * pull;
+        let information = data.fixed_view::<4, 4>(1, 1).into_owned();
+        // Given the mass, the rest minimises the same quadratic form.
+        let loose = (information + SMatrix::<f64, 4, 4>::identity() * (1e-9 * information.trace())).try_inverse()?;
+        let mass = solved.0[0];
+        let coupling = data.fixed_view::<4, 1>(1, 0).into_owned();
+        Some(Self {
+            interaction: interaction.into(),
+            normal,
+            mass,
+            mean: loose * (pull.fixed_rows::<4>(1) - coupling * mass),
+            slope: -(loose * coupling),
+            information,
+        })
+    }
+
+    /// What `at` misses by, in standard deviations.
+    fn misses(&self, log_mass: f64, at: &nalgebra::Vector4<f64>) -> nalgebra::Vector4<f64> {
+        let off = at - self.mean - self.slope * (log_mass - self.mass);
+        let eigen = self.information.symmetric_eigen();
+        let roots = eigen.eigenvalues.map(|v| v.max(0.0).sqrt());
+        (eigen.eigenvectors.transpose() * off).component_mul(&roots)
+    }
+}
+
+/// Logarithmic doubt of the extents of matter about uniform density: of all together (hollow or with a heavy core) and of
+/// each; and of its shears, as a share of them.
+const DENSITY: [f64; 3] = [0.15, 0.1, 0.1];
+/// Of the torsional radius about that of an even pressure, which may lie at the rim or about the middle.
+const TORSION: f64 = 0.3;
+/// Residuals that are not of pushes.
+const OWN: usize = 11;
+/// Share of the radius of gyration that the law of pushing (limit surface, rigid contact) leaves open.
+const FORM: f64 = 0.015;
+/// Doubt of the centre of mass beyond what the pushes leave, as a share of what the shape leaves open: the pressure is not
+/// quite even, and how high the centre lies is guessed.
+const CENTRE: f64 = 0.035;
+/// Share of the prior's doubt of the yaw inertia below which it counts as measured.
+const TOLD: f64 = 0.5;
+
+/// The body sought, and what is held against it.
+struct Sought<'a> {
+    prior: PseudoInertia,
+    mass_sd: f64,
+    centre: (Vector3<f64>, Vector3<f64>),
+    /// Centroid and radius of gyration of the shape.
+    centroid: Vector3<f64>,
+    gyration: f64,
+    spins: &'a [Spun],
+    /// Factor on what the pushes are trusted to.
+    doubt: f64,
+}
+
+impl Sought<'_> {
+    /// Ten parameters of the body, then the torsional radius.
+    fn residuals(&self, x: &DVector<f64>) -> DVector<f64> {
+        let body = PseudoInertia(std::array::from_fn(|k| x[k]));
+        let mut out = vec![2.0 * (x[0] - self.prior.0[0]) / self.mass_sd];
+        let off = [1, 2, 3].map(|k| x[k] - self.prior.0[k]);
+        let middle = off.iter().sum::<f64>() / 3.0;
+        let common = DENSITY[0].hypot(DENSITY[1] / 3.0_f64.sqrt());
+        out.push(middle / common);
+        out.extend([
+            (off[0] - off[1]) / (2.0_f64.sqrt() * DENSITY[1]),
+            (off[0] + off[1] - 2.0 * off[2]) / (6.0_f64.sqrt() * DENSITY[1]),
+        ]);
+        for (k, (i, j)) in [(4, (1, 2)), (5, (2, 3)), (6, (1, 3))] {
+            let size = (0.5 * (self.prior.0[i] + self.prior.0[j])).exp();
+            out.push((x[k] - self.prior.0[k]) / (DENSITY[2] * size));
+        }
+        out.extend((0..3).map(|k| (x[7 + k] - self.centre.0[k]) / self.centre.1[k]));
+        out.push(x[10] / TORSION);
+        for spun in self.spins {
+            let plane = Plane::of(spun.normal);
+            let off = plane.flat(&(body.com() - self.centroid));
+            let rho = (body.gyration_radius(&spun.normal) / self.gyration).ln();
+            let at = nalgebra::Vector4::new(off.x, off.y, x[10], rho);
+            let misses = spun.misses(2.0 * x[0], &at) / self.doubt;
+            out.extend(misses.iter());
+        }
+        DVector::from_vec(out)
+    }
+
+    fn fit(&self) -> Option<Fit> {
+        let start = DVector::from_fn(11, |k, _| if k < 10 { self.prior.0[k] } else { 0.0 });
+        let steps = DVector::from_fn(11, |k, _| if (4..10).contains(&k) { 1e-6 } else { 1e-5 });
+        let found = levenberg_marquardt(&start, &steps, Settings::default(), |x| self.residuals(x))?;
+        found.x.iter().all(|v| v.is_finite()).then_some(found)
+    }
+}
+
+const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// Writes the inertia of a link whose mass and centre are written, and its centre where pushes that turned it know that better.
+pub(super) fn write_inertia(link: &mut Link, before: &Before, spins: &[Spun], shape: &Shape) -> Option<()> {
+    let (mass, com, solid) = (link.mass.clone()?, link.com.clone()?, before.solid.as_ref()?);
+    let normal = spins.first().map_or(Vector3::z(), |s| s.normal);
+    let (centroid, spread) = before.centre();
+    let uniform = solid.inertia * (mass.value / solid.volume);
+    let centre = Vector3::from(com.value);
+    let mut sought = Sought {
+        prior: PseudoInertia::of(mass.value, &centre, &uniform)?,
+        mass_sd: relative_sd(&mass).max(1e-6),
+        centre: (centre, com.sd.map_or(spread, Vector3::from).map(|s| s.max(1e-5))),
+        centroid: centroid.coords,
+        gyration: shape.gyration_radius,
+        spins,
+        doubt: 1.0,
+    };
+    let mut fit = sought.fit()?;
+    // Pushes that disagree beyond their own noise are trusted the less, all of them.
+    let apart: f64 = fit.residuals.iter().skip(OWN).map(|r| r * r).sum();
+    let excess = apart / (4.0 * spins.len() as f64 - 2.0).max(1.0);
+    if excess > 1.0 {
+        sought.doubt = excess.sqrt();
+        fit = sought.fit()?;
+    }
+    let told = !spins.is_empty() && mass.status != Status::Assumed;
+    if told {
+        write_centre(link, &com, &fit, (&spread, &normal), spins);
+    }
+    link.inertia = Some(inertia(&fit, &mass, spins, &normal, told));
+    Some(())
+}
+
+/// The centre of mass in the plane, where the fit pins it better than what was known.
+fn write_centre(
+    link: &mut Link,
+    known: &Estimate<[f64; 3]>,
+    fit: &Fit,
+    (spread, normal): (&Vector3<f64>, &Vector3<f64>),
+    spins: &[Spun],
+) {
+    let before = known.sd.unwrap_or((*spread).into());
+    let flat = |k: usize| normal[k].abs() < 0.5;
+    let sd = [0, 1, 2].map(|k| {
+        if flat(k) {
+            fit.sd(7 + k).hypot(CENTRE * spread[k])
+        } else {
+            before[k]
+        }
+    });
+    let better = (0..3).filter(|k| flat(*k)).any(|k| sd[k] < before[k]);
+    let pinned = (0..3).filter(|k| flat(*k)).all(|k| sd[k] < 0.5 * spread[k]);
+    if !(better && pinned) {
+        return;
+    }
+    // What was known before is not given up where it was better.
+    let value = [0, 1, 2].map(|k| {
+        if sd[k] < before[k] {
+            fit.x[7 + k]
+        } else {
+            known.value[k]
+        }
+    });
+    let sd = [0, 1, 2].map(|k| sd[k].min(before[k]));
+    let (mut from, mut method) = (
+        joined(&known.from, spins),
+        "push-spin; the direction along gravity from the shape",
+    );
+    if known.is_measured() {
+        method = "push-limit-surface, push-spin; the direction along gravity from the shape";
+    } else {
+        from = joined(&[], spins);
+    }
+    link.com = Some(Estimate::measured(value, sd, "m", from, method));
+}
+
+fn joined(from: &[String], spins: &[Spun]) -> Vec<String> {
+    let mut out = from.to_vec();
+    out.extend(
+        spins
+            .iter()
+            .map(|s| s.interaction.clone())
+            .filter(|n| !from.contains(n)),
+    );
+    out
+}
+
+/// The inertia of a fit; measured where pushes tell that about the support's normal.
+fn inertia(fit: &Fit, mass: &Estimate, spins: &[Spun], normal: &Vector3<f64>, told: bool) -> Estimate<[f64; 6]> {
+    let body = |x: &DVector<f64>| PseudoInertia(std::array::from_fn(|k| x[k]));
+    let flat = |m: &Matrix3<f64>| ENTRIES.map(|at| m[at]);
+    let value = flat(&body(&fit.x).inertia());
+    let mut slopes = DMatrix::zeros(7, 11);
+    for k in 0..10 {
+        let step = if k < 4 { 1e-5 } else { 1e-7 };
+        let [up, down] = [step, -step].map(|h| {
+            let mut x = fit.x.clone();
+            x[k] += h;
+            let b = body(&x);
+            (flat(&b.inertia()), b.gyration_radius(normal).ln())
+        });
+        for i in 0..6 {
+            slopes[(i, k)] = (up.0[i] - down.0[i]) / (2.0 * step);
+        }
+        slopes[(6, k)] = (up.1 - down.1) / (2.0 * step);
+    }
+    let spread = &slopes * &fit.covariance * slopes.transpose();
+    let form = |k: usize| if spins.is_empty() { 0.0 } else { 2.0 * FORM * value[k] };
+    let sd: [f64; 6] = std::array::from_fn(|k| spread[(k, k)].max(0.0).sqrt().hypot(form(k)));
+    let open = DENSITY[0].hypot(DENSITY[1] / 2.0_f64.sqrt());
+    if told && spread[(6, 6)].max(0.0).sqrt().hypot(FORM) < TOLD * open {
+        let method = "push-spin about the support's normal; the other axes from the shape";
+        return Estimate::measured(value, sd, "kg·m²", joined(&mass.from, spins), method);
+    }
+    Estimate {
+        from: mass.from.clone(),
+        ..Estimate::assumed(value, sd, "kg·m²", "shape-uniform-density")
+    }
+}

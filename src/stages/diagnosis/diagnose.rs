@@ -8,7 +8,7 @@ use super::coupling::coupling_findings;
 use super::delay::delay_finding;
 use super::family::Family;
 use super::frames::frame_finding;
-use super::given::{finger_findings, scale_finding};
+use super::given::{finger_findings, scale_finding, yaw_findings};
 use super::inertia;
 use super::joints::joint_findings;
 use super::motions::{Motions, of_all_joints};
@@ -256,6 +256,9 @@ fn name_causes(
     if !findings.iter().any(acted_on) {
         let swings = loads.effect_sizes.get("loose-mass").copied().unwrap_or(0.0);
         findings.extend(inertia::inertia_findings(&loads.fast, model, swings));
+        if !findings.iter().any(acted_on) {
+            findings.extend(yaw_findings(capture, model));
+        }
     }
     let of_joints = joint_findings(model, findings);
     findings.extend(of_joints);

@@ -30,6 +30,10 @@ pub(super) struct Spun {
     information: SMatrix<f64, 4, 4>,
 }
 
+/// By how much these four stray from push to push beside what the law says (1 sd): pressure and friction are not the same
+/// everywhere.
+const STRAYS: [f64; 4] = [5e-4, 5e-4, 0.03, 0.04];
+
 impl Spun {
     /// From the solution of a push (logarithm of the mass, then the four) with its covariance under priors of mean nought
     /// with these standard deviations, which are taken out; `wide` inflates what the data say. `axes` are those of the plane in
@@ -61,6 +65,7 @@ impl Spun {
         let information = data.fixed_view::<4, 4>(1, 1).into_owned();
         // Given the mass, the rest minimises the same quadratic form.
         let loose = (information + SMatrix::<f64, 4, 4>::identity() * (1e-9 * information.trace())).try_inverse()?;
+        let strays = SMatrix::<f64, 4, 4>::from_diagonal(&nalgebra::Vector4::from(STRAYS.map(|s| s * s)));
         let mass = solved.0[0];
         let coupling = data.fixed_view::<4, 1>(1, 0).into_owned();
         Some(Self {
@@ -69,7 +74,7 @@ impl Spun {
             mass,
             mean: loose * (pull.fixed_rows::<4>(1) - coupling * mass),
             slope: -(loose * coupling),
-            information,
+            information: (loose + strays).try_inverse()?,
         })
     }
 
@@ -90,10 +95,10 @@ const TORSION: f64 = 0.3;
 /// Residuals that are not of pushes.
 const OWN: usize = 11;
 /// Share of the radius of gyration that the law of pushing (limit surface, rigid contact) leaves open.
-const FORM: f64 = 0.015;
+const FORM: f64 = 0.03;
 /// Doubt of the centre of mass beyond what the pushes leave, as a share of what the shape leaves open: the pressure is not
 /// quite even, and how high the centre lies is guessed.
-const CENTRE: f64 = 0.035;
+const CENTRE: f64 = 0.045;
 /// Share of the prior's doubt of the yaw inertia below which it counts as measured.
 const TOLD: f64 = 0.5;
 

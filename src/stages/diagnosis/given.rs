@@ -15,6 +15,8 @@ const CLEAR: f64 = 5.0;
 const LEAST: f64 = 0.02;
 /// A wrong gravity is no farther off than this share.
 const GRAVITY: f64 = 0.05;
+/// One push in which the finger seems to slide is none.
+const FEWEST: usize = 2;
 /// Friction of fingers that is usual: slippery plastic to soft rubber, and what is taken where nothing is known.
 const FINGERS: [f64; 2] = [0.18, 0.9];
 const FINGER: f64 = 0.4;
@@ -61,7 +63,7 @@ pub fn finger_findings(capture: &Capture, segmented: &[Segmented], model: &Model
         let own = link.friction.tool.as_ref()?;
         let [low, high] = own.ci95.unwrap_or([own.value, own.value]);
         // One that never slid is bounded from below.
-        if !(low > FINGERS[1] || own.is_measured() && high < FINGERS[0]) {
+        if own.from.len() < FEWEST || !(low > FINGERS[1] || own.is_measured() && high < FINGERS[0]) {
             return None;
         }
         let mut without = model.clone();

@@ -4,11 +4,62 @@ use super::family::{Active, Law, Parameter};
 use super::motion_laws::{Maker, Moved, form, logs};
 use super::motions::Scale;
 
-/// How much of a play of `half` to either side is still to be gone through, 1 to 0, its end rounded so that a fit can find it.
-pub fn freed(m: &Moved, half: f64) -> f64 {
-    // At first it may be anywhere in its play.
-    let whole = if m.turned_back { 2.0 * half } else { half };
-    1.0 / (1.0 + ((m.back - whole) / (EDGE * whole)).exp())
+/// Which way a joint goes, and how far it has come since it turned back.
+#[derive(Default)]
+pub struct Turning {
+    /// 1 or -1; 0 before it was seen to move.
+    way: f64,
+    /// The farthest point that it came to that way, rad or m.
+    far: f64,
+    /// Where it last turned back, and where this motion began, rad or m.
+    turned: Option<f64>,
+    start: Option<f64>,
+    /// In this motion it moved, and turned back.
+    moved: bool,
+    came_back: bool,
+}
+
+impl Turning {
+    /// Another motion begins.
+    pub fn begin(&mut self) {
+        (self.start, self.moved, self.came_back) = (None, false, false);
+    }
+
+    /// Way since this motion began, rad or m, before it first turns back in it.
+    pub fn began(&self, position: f64) -> Option<f64> {
+        self.start
+            .filter(|_| !self.came_back)
+            .map(|start| (position - start).abs())
+    }
+
+    /// Way since it last turned back, rad or m, and whether it was seen to; from where it set out where it was not.
+    pub fn back(&mut self, position: f64, speed: f64, still: bool) -> (f64, bool) {
+        let start = *self.start.get_or_insert(position);
+        if !still && speed * self.way <= 0.0 {
+            if self.way != 0.0 {
+                self.turned = Some(self.far);
+                self.came_back |= self.moved;
+            }
+            (self.way, self.far) = (speed.signum(), position);
+        }
+        self.moved |= !still;
+        if self.way * (position - self.far) > 0.0 {
+            self.far = position;
+        }
+        ((position - self.turned.unwrap_or(start)).abs(), self.turned.is_some())
+    }
+}
+
+/// How much of a play of `half` to either side is still to be gone through, 1 to 0, its end rounded so that a fit can find it. What
+/// was done to the joint between two motions is not seen: `anew`, it begins every one of them in the middle of its play.
+pub fn freed(m: &Moved, half: f64, anew: bool) -> f64 {
+    let (way, whole) = match m.began {
+        Some(began) if anew => (began, half),
+        // At first it may be anywhere in its play.
+        _ if !m.turned_back => (m.back, half),
+        _ => (m.back, 2.0 * half),
+    };
+    1.0 / (1.0 + ((way - whole) / (EDGE * whole)).exp())
 }
 
 /// Share of a play over which its end is rounded.
@@ -48,10 +99,10 @@ pub fn history_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     };
     let span = (s.range[1] - s.range[0]).max(1e-6);
     let plays: Vec<f64> = [0.006, 0.015, 0.03, 0.06].iter().map(|x| x * span).collect();
-    vec![
+    let play = |form: usize| {
         make.law(
             "backlash",
-            form::BACKLASH,
+            form,
             (
                 vec![Parameter {
                     high: 1.0,
@@ -65,7 +116,11 @@ pub fn history_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             ),
             logs(&plays),
             "whenever it turns back the joint moves freely for a while before friction is felt again",
-        ),
+        )
+    };
+    vec![
+        play(form::BACKLASH),
+        play(form::BACKLASH_ANEW),
         make.law(
             "joint-loose-mass",
             form::LOOSE,

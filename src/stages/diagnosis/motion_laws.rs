@@ -25,6 +25,7 @@ pub(super) mod form {
     pub const NOTCH: usize = 16;
     pub const BACKLASH: usize = 17;
     pub const LOOSE: usize = 18;
+    pub const BACKLASH_ANEW: usize = 19;
 }
 
 /// One moment of a joint at work.
@@ -47,6 +48,8 @@ pub struct Moved {
     /// Way since it last turned back, or since it was first seen where it has not yet, rad or m.
     pub back: f64,
     pub turned_back: bool,
+    /// Way since this motion began, before it first turns back in it, rad or m.
+    pub began: Option<f64>,
     /// Too slow for the direction of friction to be sure.
     pub still: bool,
 }
@@ -106,7 +109,8 @@ pub fn sliding(m: &Moved, active: &[Active]) -> f64 {
             form::STICTION | form::STRIBECK => x[0] * (-m.speed.abs() / x[1].exp()).exp(),
             form::BREAKAWAY => x[0] * (-m.slip / x[1].exp()).exp(),
             form::WEAR => x[0] * m.time,
-            form::BACKLASH => -x[0] * freed(m, x[1].exp()),
+            form::BACKLASH => -x[0] * freed(m, x[1].exp(), false),
+            form::BACKLASH_ANEW => -x[0] * freed(m, x[1].exp(), true),
             _ => 0.0,
         }
     };
@@ -117,7 +121,8 @@ pub fn sliding(m: &Moved, active: &[Active]) -> f64 {
 pub fn held(m: &Moved, active: &[Active]) -> f64 {
     let one = |a: &Active| match a.law.form {
         form::STICTION | form::STRIBECK | form::BREAKAWAY => a.values[0],
-        form::BACKLASH => -a.values[0] * freed(m, a.values[1].exp()),
+        form::BACKLASH => -a.values[0] * freed(m, a.values[1].exp(), false),
+        form::BACKLASH_ANEW => -a.values[0] * freed(m, a.values[1].exp(), true),
         _ => 0.0,
     };
     (1.0 + active.iter().map(one).sum::<f64>()).max(0.0)

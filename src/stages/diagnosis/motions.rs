@@ -9,7 +9,7 @@
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::marginal::weights;
-use super::motion_history::loose;
+use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
 use super::named::left;
 use super::naming::NAMED;
@@ -33,6 +33,8 @@ const EVEN: f64 = 0.015;
 const SLOW: f64 = 0.06;
 /// Weight of a sample below which nothing is foretold.
 const SURE: f64 = 0.1;
+/// Share of the range below which a play is not told from how motions start.
+const RESOLVED: f64 = 0.02;
 /// Log evidence over the plain model, nats, from which on a play is named.
 const PLAY: f64 = 25.0;
 /// Fewest samples that move, and fewest motions.
@@ -60,41 +62,14 @@ pub struct Motions {
     moments: Vec<Vec<Moved>>,
     friction: f64,
     slow: f64,
+    /// From the lowest to the highest position, rad or m.
+    span: f64,
     turns: bool,
     /// N·m per N, usually.
     lever: f64,
     /// When the first motion began, s, of the capture's clock.
     zero: f64,
     turning: Turning,
-}
-
-/// Which way a joint goes, and how far it has come since it turned back.
-#[derive(Default)]
-struct Turning {
-    /// 1 or -1; 0 before it was seen to move.
-    way: f64,
-    /// The farthest point that it came to that way, rad or m.
-    far: f64,
-    /// Where it last turned back, and where it was first seen, rad or m.
-    turned: Option<f64>,
-    start: Option<f64>,
-}
-
-impl Turning {
-    /// Way since it last turned back, rad or m, and whether it was seen to; from where it set out where it was not.
-    fn back(&mut self, position: f64, speed: f64, still: bool) -> (f64, bool) {
-        let start = *self.start.get_or_insert(position);
-        if !still && speed * self.way <= 0.0 {
-            if self.way != 0.0 {
-                self.turned = Some(self.far);
-            }
-            (self.way, self.far) = (speed.signum(), position);
-        }
-        if self.way * (position - self.far) > 0.0 {
-            self.far = position;
-        }
-        ((position - self.turned.unwrap_or(start)).abs(), self.turned.is_some())
-    }
 }
 
 struct Read {
@@ -201,6 +176,7 @@ impl Motions {
             moments: Vec::new(),
             friction,
             slow,
+            span: scale.range[1] - scale.range[0],
             turns,
             lever,
             zero,
@@ -270,6 +246,7 @@ impl Motions {
         let mut travelled: f64 = 0.0;
         let mut rests = 0.0;
         let mut moments = Vec::with_capacity(l.len());
+        self.turning.begin();
         for i in 0..l.len() {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(l.len() - 1));
             let turned = i > 0 && l[i].speed * l[i - 1].speed < 0.0;
@@ -293,6 +270,7 @@ impl Motions {
                 slip: travelled,
                 back,
                 turned_back,
+                began: self.turning.began(l[i].position),
                 still,
             });
         }
@@ -365,9 +343,15 @@ impl Family for Motions {
         moments.iter().zip(loose(moments, active)).map(one).collect()
     }
 
+    /// A smaller play is like the start of any motion, where smoothed speeds run ahead.
+    fn negligible(&self, law: usize, values: &[f64]) -> bool {
+        let plays = matches!(self.sheet.laws[law].form, form::BACKLASH | form::BACKLASH_ANEW);
+        plays && values[1].exp() < RESOLVED * self.span
+    }
+
     /// What a play does is close to what friction does that sets in late.
     fn named_from(&self, law: usize) -> f64 {
-        if self.sheet.laws[law].form == form::BACKLASH {
+        if matches!(self.sheet.laws[law].form, form::BACKLASH | form::BACKLASH_ANEW) {
             PLAY
         } else {
             NAMED

@@ -24,9 +24,9 @@ pub struct Anchor {
 
 /// Share of an axis or origin's standard deviation that the noise model leaves out: errors of a tracker that last
 /// longer than one interaction do not average out over its rows.
-const UNDERSTATED: f64 = 1.2;
+const UNDERSTATED: f64 = 1.35;
 /// Floor of an axis' standard deviation, rad: marker and link are aligned no better than that.
-const ALIGNMENT: f64 = 4e-4;
+const ALIGNMENT: f64 = 7e-4;
 /// Floor of an origin's standard deviation, m.
 const PLACEMENT: f64 = 5e-5;
 

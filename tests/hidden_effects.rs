@@ -151,6 +151,39 @@ fn a_support_that_gives_is_found() {
 }
 
 #[test]
+fn a_sensor_that_reads_a_stated_weight_wrongly_is_told() {
+    let scene = scene_named("probe-pushes").expect("a built-in scene");
+    let mut made = synthesise(&scene, Path::new("."), Seed(21), &Progress::silent()).expect("a capture");
+    let weight = 0.090 * 0.070 * 0.040 * 1600.0;
+    let mut told = |stated: f64| {
+        let body = made
+            .capture
+            .bodies
+            .iter_mut()
+            .find(|b| b.name == "box")
+            .expect("the box");
+        (body.mass, body.mass_sd) = (Some(stated), Some(1e-3 * stated));
+        build(&made.capture, &Options::default(), &Progress::silent()).expect("a twin")
+    };
+    assert!(named(&told(weight)).is_empty());
+    let run = told(weight / 1.12);
+    assert!(named(&run).contains(&"force-gain"), "{:?}", named(&run));
+    let found = run
+        .diagnosis
+        .findings
+        .iter()
+        .find(|f| f.cause == "force-gain")
+        .expect("a gain");
+    let gain = &found.parameters["g"];
+    let [low, high] = gain.ci95.expect("an interval");
+    assert!(
+        (gain.value - 0.12).abs() < 0.005 && low < 0.12 && 0.12 < high,
+        "{}",
+        gain.value
+    );
+}
+
+#[test]
 fn a_tether_that_is_slack_at_first_is_found() {
     let run = probed("probe-pushes", "tether", 4);
     assert_eq!(named(&run), ["tether"]);

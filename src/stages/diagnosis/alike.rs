@@ -38,6 +38,7 @@ const ALIKE: [&[&str]; 6] = [
         "rate-state-friction",
         "static-ageing",
         "breakaway-bond",
+        "presliding",
     ],
 ];
 /// Share of the gain of a cause below which a cause of the same kind is a matter of its form; and one of another kind.

@@ -211,7 +211,7 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
             "hang a known weight on the tool, and repeat a push with two known loads on top",
         ));
         out.push((
-            &["yaw-inertia", "rolling-resistance", "presliding", "contact-law"],
+            &["yaw-inertia", "rolling-resistance", "contact-law"],
             "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
         ));
     }

@@ -14,6 +14,7 @@ use super::joints::joint_findings;
 use super::motions::{Motions, of_all_joints};
 use super::naming::{Ladder, climb};
 use super::offset::centre_findings;
+use super::onset::presliding_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
@@ -224,6 +225,12 @@ fn name_causes(
     for (family, joint) in families.chain(of_joints) {
         let Some(ladder) = climb(family, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
+        let feigned = family.feigned(&ladder.full);
+        findings.retain(|f| {
+            !feigned
+                .iter()
+                .any(|(cause, place)| f.cause == *cause && f.place == *place)
+        });
         findings.extend(loads.named(family, &ladder));
         let owned = |(name, curve): (&str, Curve)| (name.to_owned(), curve);
         loads
@@ -266,6 +273,7 @@ fn name_causes(
     findings.extend(sinking_findings(capture, segmented, model));
     findings.extend(scale_finding(capture, segmented));
     findings.extend(finger_findings(capture, segmented, model));
+    findings.extend(presliding_findings(capture, segmented, model));
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &untestable, done), loads)
 }

@@ -187,6 +187,11 @@ pub trait Family: Sync {
         0.0
     }
 
+    /// Causes, with the place, that other tests may have named and that this fit shows to be feigned by a law it took up.
+    fn feigned(&self, _full: &super::fit::Fit) -> Vec<(&'static str, &str)> {
+        Vec::new()
+    }
+
     /// What differs from one repeat to the next, in the unit of the first kind of channel: no law foretells it.
     fn unforeseen(&self) -> f64 {
         0.0

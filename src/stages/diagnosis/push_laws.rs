@@ -33,6 +33,7 @@ pub mod form {
     pub const HIDDEN_BODY: usize = 23;
     pub const LOOSE_MASS: usize = 24;
     pub const TETHER_SLACK: usize = 25;
+    pub const HIDDEN_BODY_ANEW: usize = 26;
 }
 
 /// Multiplies friction.
@@ -66,14 +67,16 @@ pub fn share(active: &Active, s: &State, length: f64, share: &mut f64) {
 /// Something that stands in the way and is pushed along, N along the motion: `reached` (m) is how far it was brought along
 /// the direction of the law, and is taken on.
 pub fn pushed_along(active: &Active, s: &State, reached: &mut f64, force: &mut f64) {
-    if active.law.form != form::HIDDEN_BODY || !s.contact {
+    if !matches!(active.law.form, form::HIDDEN_BODY | form::HIDDEN_BODY_ANEW) || !s.contact {
         return;
     }
     let (way, v) = (way_of(active), active.values);
     let (here, share) = (way.dot(&s.at), way.dot(&s.heading));
     // Rounded over a millimetre, so that a fit can find the place.
     *force += v[0] * share.max(0.0) / (1.0 + (-(here - *reached) / MEETS).exp());
-    *reached = reached.max(here);
+    if active.law.form == form::HIDDEN_BODY {
+        *reached = reached.max(here);
+    }
 }
 
 /// Length over which a thing in the way is met, m.

@@ -115,8 +115,10 @@ pub(super) fn far_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "gravity does not point where the capture says",
         ),
         slack(pushes, middle, sd),
-        in_the_way(pushes, middle, sd, scale),
     ]
+    .into_iter()
+    .chain(in_the_way(pushes, middle, sd, scale))
+    .collect()
 }
 
 /// A tether that is slack at first: beyond a line it pulls back, as one whose far end is far away does.
@@ -147,8 +149,8 @@ fn slack(pushes: &Pushes, middle: Vector2<f64>, sd: f64) -> Law {
     )
 }
 
-/// A thing that nobody saw, somewhere in the way of the pushes.
-fn in_the_way(pushes: &Pushes, middle: Vector2<f64>, sd: f64, scale: f64) -> Law {
+/// A thing that nobody saw, somewhere in the way of the pushes: it stays where it was pushed to, or it is put back as the body is.
+fn in_the_way(pushes: &Pushes, middle: Vector2<f64>, sd: f64, scale: f64) -> [Law; 2] {
     let mut grid: Vec<Vec<f64>> = Vec::new();
     for (along, at) in pushes.ways() {
         let angle = along.y.atan2(along.x);
@@ -167,13 +169,25 @@ fn in_the_way(pushes: &Pushes, middle: Vector2<f64>, sd: f64, scale: f64) -> Law
         unit: "rad",
         ..Parameter::place("direction", 0.0, 2.0)
     };
-    law(
-        "hidden-body",
-        "support",
-        form::HIDDEN_BODY,
-        vec![Parameter::positive("force", "N", 0.5 * scale)],
-        vec![angle, Parameter::place("s3", 0.0, middle.norm() + sd)],
-        grid,
-        "from a place on more has to be pushed than the body alone, and the place moves with it",
-    )
+    let one = |form: usize, words: &'static str| {
+        law(
+            "hidden-body",
+            "support",
+            form,
+            vec![Parameter::positive("force", "N", 0.5 * scale)],
+            vec![angle.clone(), Parameter::place("s3", 0.0, middle.norm() + sd)],
+            grid.clone(),
+            words,
+        )
+    };
+    [
+        one(
+            form::HIDDEN_BODY,
+            "from a place on more has to be pushed than the body alone, and the place moves with it",
+        ),
+        one(
+            form::HIDDEN_BODY_ANEW,
+            "from a place on more has to be pushed than the body alone, at the same place in every push",
+        ),
+    ]
 }

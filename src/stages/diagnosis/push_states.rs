@@ -6,6 +6,7 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_motion::{Motion, impact, rise};
+use super::push_ringing::{self, Ringing};
 use crate::capture::Interaction;
 use crate::math::median;
 use crate::stages::estimation::{action_of, replay_push, travel_direction};
@@ -26,8 +27,10 @@ const DIRECTION: f64 = 0.15;
 const FEW: usize = 4;
 /// A blow this many times the usual one of its speed may still be one.
 const EXCUSED: f64 = 1.5;
-/// Seconds in which the blow of the tool dies down to a third.
+/// Seconds in which the blow of a tool that bounces off dies down to a third.
 const RINGING: f64 = 0.1;
+/// Share of a ringing that is none of one rate and decay.
+const UNEVEN: f64 = 0.25;
 /// Everything that a law may depend on at one moment.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -62,6 +65,8 @@ pub struct State {
     pub inertia: f64,
     /// Size of what may still ring from the blow of the tool, N.
     pub ringing: f64,
+    /// The two phases of how the force rings, N.
+    pub phases: [f64; 2],
     /// World-from-tool.
     pub tool: UnitQuaternion<f64>,
 }
@@ -138,8 +143,11 @@ impl Observed {
         }
         let mass = link.mass.as_ref().map_or(0.3, |m| m.value);
         let blow = impact(&time, &force, &motion, onset, mass);
+        let rings = ringing(scene, &flat, &along, onset, touched.1);
         for s in states.iter_mut().filter(|s| s.contact) {
-            s.ringing = blow.0 * (-(s.time + zero - onset) / RINGING).exp();
+            let since = s.time + zero - onset;
+            s.ringing = rings.map_or(blow.0 * (-since / RINGING).exp(), |r| UNEVEN * r.envelope(since));
+            s.phases = rings.map_or([0.0; 2], |r| r.phases(since, BIN));
             s.inertia *= mass;
         }
         let (states, measured, spread) = windows(&states, &measured, &along);
@@ -172,6 +180,19 @@ impl Observed {
             channels: channels(&self.states, &self.measured, &self.spread, &self.along),
         }
     }
+}
+
+/// How the force of a push rings.
+fn ringing(
+    scene: &Scene,
+    flat: &dyn Fn(&Vector3<f64>) -> Vector2<f64>,
+    along: &Vector2<f64>,
+    onset: f64,
+    end: f64,
+) -> Option<Ringing> {
+    let (time, force, _) = scene.raw_force(push_ringing::BIN)?;
+    let force: Vec<f64> = force.iter().map(|f| flat(f).dot(along)).collect();
+    Ringing::of(&time, &force, onset, end)
 }
 
 /// A blow by the same tool is as its speed: a force that overshoots by more than others of its speed do is no ringing,
@@ -241,6 +262,7 @@ fn moments(
             force: if contact { moment.force } else { Vector2::zeros() },
             inertia: if contact { motion.acceleration(*t, BIN) } else { 0.0 },
             ringing: 0.0,
+            phases: [0.0; 2],
             tool: tool_turn(interaction, *t),
         });
     }
@@ -320,6 +342,7 @@ fn windows(
             turned: mean(&|s| s.turned),
             inertia: mean(&|s| s.inertia),
             ringing: mean(&|s| s.ringing),
+            phases: [mean(&|s| s.phases[0]), mean(&|s| s.phases[1])],
             force: states[from..to].iter().map(|s| s.force).sum::<Vector2<f64>>() / n,
             ..middle.clone()
         });

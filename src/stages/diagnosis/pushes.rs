@@ -125,10 +125,17 @@ impl Pushes {
 
     /// How far a thing in the way of a law had been brought before a group, m along the law's direction.
     fn reached_before(&self, group: usize, active: &Active) -> f64 {
-        if active.law.form != push_laws::form::HIDDEN_BODY {
+        use push_laws::form::{HIDDEN_BODY, HIDDEN_BODY_ANEW};
+        if !matches!(active.law.form, HIDDEN_BODY | HIDDEN_BODY_ANEW) {
             return 0.0;
         }
         let way = push_laws::way_of(active);
+        if active.law.form == HIDDEN_BODY_ANEW {
+            let first = self.states[group].iter().find(|s| s.contact);
+            // Who sets out beyond it does not meet it.
+            let beyond = first.is_some_and(|s| way.dot(&s.at) > active.values[2]);
+            return if beyond { f64::INFINITY } else { active.values[2] };
+        }
         let earlier = self.states[..group].iter().flatten().filter(|s| s.contact);
         let towards = earlier.filter(|s| way.dot(&s.heading) > 0.5);
         // It stays where the last window of a push ended, half a window beyond its middle.
@@ -162,7 +169,7 @@ fn begin(interaction: &Interaction) -> f64 {
 }
 
 /// What is new in every push: the level of friction, the tare along and across, the direction of the contact, the
-/// change of friction with the way and with the turning, and the ringing of the blow.
+/// change of friction with the way and with the turning, and the ringing of the blow: its size and its two phases.
 fn scatter() -> Vec<Scatter> {
     let rows = [
         (0.012, 10.0, 0.002, false),
@@ -172,6 +179,8 @@ fn scatter() -> Vec<Scatter> {
         (0.015, 10.0, 0.005, false),
         (0.12, 10.0, 0.02, false),
         (0.3, 10.0, 0.1, true),
+        (1.0, 10.0, 0.3, true),
+        (1.0, 10.0, 0.3, true),
     ];
     let one = |(tau, counts, floor, nuisance)| Scatter {
         tau,
@@ -244,7 +253,7 @@ impl Family for Pushes {
             // The size of the force, where the tool pushes: its direction follows the surface at the contact, which is
             // known less well.
             out[i] = if s.contact {
-                read.norm() + scatter[6] * s.ringing
+                read.norm() + scatter[6] * s.ringing + scatter[7] * s.phases[0] + scatter[8] * s.phases[1]
             } else {
                 read.dot(&along)
             } + scatter[1];

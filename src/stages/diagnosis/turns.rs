@@ -11,6 +11,7 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use super::Quantity;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Law, Parameter, Scatter, Sheet};
+use super::fit::Fit;
 use super::push_catalogue::law;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::geometry::mass_properties;
@@ -37,6 +38,8 @@ const INERTIAL: f64 = 0.3;
 const TURNS: f64 = 0.3;
 /// Least offset and least share that are more than meshes and footprints may be off by, m.
 const NEGLIGIBLE: (f64, f64) = (7e-4, 0.12);
+/// A centre this near the centroid is in it: m, and standard deviations.
+const CENTRED: (f64, f64) = (1e-3, 2.5);
 
 /// One stretch of a push, ready for the balance of moments.
 struct Row {
@@ -55,6 +58,7 @@ pub struct Turns {
     sheet: Sheet,
     rows: Vec<Vec<Row>>,
     bodies: Vec<usize>,
+    names: Vec<String>,
 }
 
 impl Turns {
@@ -64,16 +68,17 @@ impl Turns {
             sheet: Sheet::default(),
             rows: Vec::new(),
             bodies: Vec::new(),
+            names: Vec::new(),
         };
-        let mut names: Vec<String> = Vec::new();
         for interaction in capture.interactions.iter().filter(|i| i.kind == Kind::Push) {
             let Some((name, rows)) = rows_of(capture, interaction, segmented, model) else {
                 continue;
             };
-            let index = names.iter().position(|n| *n == name).unwrap_or_else(|| {
-                names.push(name);
-                names.len() - 1
-            });
+            let known = out.names.iter().position(|n| *n == name);
+            let index = known.unwrap_or(out.names.len());
+            if known.is_none() {
+                out.names.push(name);
+            }
             let noise = capture.noise.position.unwrap_or(3e-4);
             out.sheet.groups.push(Group {
                 name: interaction.name.clone(),
@@ -92,7 +97,7 @@ impl Turns {
             jitter: 0.0,
         };
         out.sheet.kinds = vec![kind(ARM), kind(FACE)];
-        for _ in &names {
+        for _ in &out.names {
             out.sheet.base.extend([
                 Parameter::amplitude("centre_1", "m", 0.01),
                 Parameter::amplitude("centre_2", "m", 0.01),
@@ -332,6 +337,20 @@ impl Family for Turns {
         }
         out.extend(faces);
         out
+    }
+
+    /// A lift that reads its place beside where it is shifts the centre of mass by as much: where turning finds the centre
+    /// in the centroid once the contact is put right, an offset of it was none.
+    fn feigned(&self, full: &Fit) -> Vec<(&'static str, &str)> {
+        if full.laws.iter().all(|l| self.sheet.laws[*l].form == form::MIDDLE) {
+            return Vec::new();
+        }
+        let centred = |k: usize| full.theta[k].abs() < CENTRED.0 + CENTRED.1 * full.covariance[(k, k)].max(0.0).sqrt();
+        let bodies = self.names.iter().enumerate();
+        bodies
+            .filter(|(i, _)| centred(3 * i) && centred(3 * i + 1))
+            .map(|(_, name)| ("com-offset", name.as_str()))
+            .collect()
     }
 
     fn about(&self, law: usize) -> usize {

@@ -1,0 +1,243 @@
+//! How friction comes up when a push begins: a body that moves while the force still rises slides on bristles.
+//!
+//! Where the tool stands against the body is read while it slides; that is the place of the body at every moment of the
+//! rise too, so that the way it had come when most of the force was there is known far better than one image of it. A
+//! finger that gives way does not feign it: the body stays where it is until friction is full.
+
+use nalgebra::{Point3, Vector3};
+
+use super::predict::Scene;
+use super::told::{Told, gain};
+use crate::base::Estimate;
+use crate::capture::{Capture, Interaction, Kind, PoseStream, Segmented};
+use crate::math::{interpolate, median, quantile, random_effects};
+use crate::stages::estimation::{action_of, travel_direction};
+use crate::twin::{Finding, Model};
+
+/// Seconds of one sample of the force, and over which the tool's path is averaged.
+const BIN: f64 = 0.006;
+const SMOOTH: f64 = 0.012;
+/// Way of the tool after the force rose in which the body slides, m.
+const SLIDES: [f64; 2] = [3e-3, 12e-3];
+/// Share of the force at which it counts as up.
+const UP: f64 = 0.8;
+/// Share of it at which it begins to rise; a level below that of the noise by so much tells nothing.
+const BEGINS: f64 = 0.15;
+const CLEAR_OF_NOISE: f64 = 12.0;
+/// A force that first overshoots this many times is a blow.
+const CALM: f64 = 1.5;
+/// The finger slides along the face, or it is not the body that goes, where the two part by this share of the way.
+const TOGETHER: f64 = 0.08;
+/// Least standard deviation of one push, and scatter from push to push, m.
+const FLOOR: f64 = 3e-5;
+/// Fewest pushes, standard deviations, and the least way that is more than rounding of dry friction, m.
+const FEWEST: usize = 3;
+const CLEAR: f64 = 5.0;
+const LEAST: f64 = 2e-4;
+/// Fewest readings of each part.
+const READINGS: usize = 5;
+
+/// The beginning of one push.
+struct Onset {
+    interaction: String,
+    held_out: bool,
+    /// Way at which friction would be up in full, m, with its standard deviation.
+    way: (f64, f64),
+    /// Friction in full, N.
+    level: f64,
+    /// Way of the body, m, beside the force, N.
+    rows: Vec<[f64; 2]>,
+}
+
+/// Bodies whose friction comes up over a way that can be seen.
+pub fn presliding_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
+    let one = |name: &str| {
+        let pushes = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
+        let all = pushes.filter_map(|interaction| {
+            let segmented = segmented.iter().find(|s| s.interaction == interaction.name);
+            let scene = Scene {
+                capture,
+                interaction,
+                segmented,
+                model,
+            };
+            onset(&scene, interaction, name)
+        });
+        told(&all.collect::<Vec<Onset>>(), name)
+    };
+    let alone = model.twin.bodies.iter().filter(|b| b.links.len() == 1);
+    alone.filter_map(|b| one(&b.links[0].name)).collect()
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// The tool's way along the push, by time.
+struct Way<'a> {
+    path: &'a PoseStream,
+    along: Vector3<f64>,
+}
+
+impl Way<'_> {
+    /// m; the mean of what was read about `t`.
+    fn at(&self, t: f64) -> Option<f64> {
+        let (from, to) = (
+            self.path.time.partition_point(|x| *x < t - 0.5 * SMOOTH),
+            self.path.time.partition_point(|x| *x <= t + 0.5 * SMOOTH),
+        );
+        let near: Vec<f64> = self.path.position[from..to]
+            .iter()
+            .map(|p| p.coords.dot(&self.along))
+            .filter(|x| x.is_finite())
+            .collect();
+        if near.len() > 2 {
+            return mean(&near);
+        }
+        let all: Vec<f64> = self.path.position.iter().map(|p| p.coords.dot(&self.along)).collect();
+        interpolate(&self.path.time, &all, t)
+    }
+
+    /// When it is farthest.
+    fn turns_back(&self) -> Option<f64> {
+        let all = self.path.position.iter().map(|p| p.coords.dot(&self.along));
+        let finite = all.enumerate().filter(|(_, x)| x.is_finite());
+        finite
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(i, _)| self.path.time[i])
+    }
+}
+
+fn onset(scene: &Scene, interaction: &Interaction, name: &str) -> Option<Onset> {
+    let action = action_of(scene.capture, interaction, scene.segmented, scene.model)?;
+    let track = interaction.tracks.get(name).filter(|_| action.target == name)?;
+    let along = travel_direction(&action)?;
+    let way = Way {
+        path: interaction.tool_path.as_ref()?,
+        along,
+    };
+    let end = way.turns_back()?;
+    let (time, force, noise) = scene.raw_force(BIN)?;
+    let before_end = time.partition_point(|t| *t < end);
+    let force: Vec<f64> = force[..before_end].iter().map(|f| f.dot(&along)).collect();
+    let half = 0.5 * quantile(&force, 0.95)?;
+    let risen = force.iter().position(|f| *f > half)?;
+    let tool: Option<Vec<f64>> = time[..before_end].iter().map(|t| way.at(*t)).collect();
+    let tool = tool?;
+    let beyond: Vec<f64> = tool.iter().map(|s| s - tool[risen]).collect();
+    let slides = |i: &usize| *i >= risen && beyond[*i] > SLIDES[0] && beyond[*i] < SLIDES[1];
+    let sliding: Vec<usize> = (0..before_end).filter(slides).collect();
+    let level =
+        median(&sliding.iter().map(|i| force[*i]).collect::<Vec<f64>>()).filter(|_| sliding.len() > READINGS)?;
+    let first = (0..risen).rfind(|i| force[*i] < BEGINS * level)?;
+    let rise = first..before_end.min(*sliding.first()?);
+    let highest = rise.clone().map(|i| force[i]).fold(0.0, f64::max);
+    if level < CLEAR_OF_NOISE * noise? || highest > CALM * level {
+        return None;
+    }
+    let within = (time[sliding[0]], time[*sliding.last()?]);
+    let (zero, sd) = body_at_rest(track, &way, (time[first] - 2.0 * BIN, time[risen]), within)?;
+    let up = rise.clone().find(|i| force[*i] > UP * level)?;
+    Some(Onset {
+        interaction: interaction.name.clone(),
+        held_out: interaction.held_out,
+        way: ((tool[up] - zero) / UP, sd / UP),
+        level,
+        rows: rise.map(|i| [tool[i] - zero, force[i]]).collect(),
+    })
+}
+
+/// Where the tool is, m along its way, when it would touch the body as it rests in the way in which it touches it while
+/// it slides, with the standard deviation.
+fn body_at_rest(
+    track: &PoseStream,
+    way: &Way,
+    (rest, risen): (f64, f64),
+    (from, to): (f64, f64),
+) -> Option<(f64, f64)> {
+    let still: Vec<usize> = (0..track.len())
+        .filter(|i| track.time[*i] < rest && track.position[*i].coords.iter().all(|x| x.is_finite()))
+        .collect();
+    let of = |k: usize| median(&still.iter().map(|i| track.position[*i][k]).collect::<Vec<f64>>());
+    let origin = Point3::new(of(0)?, of(1)?, of(2)?);
+    let touch = way.path.position[way.path.time.partition_point(|t| *t < risen).min(way.path.len() - 1)];
+    let turn = still.get(still.len() / 2).and_then(|i| track.rotation[*i]);
+    // The point of the body that the tool touches.
+    let anchor = turn.map(|q| q.inverse() * (touch - origin));
+    let place = |i: usize| {
+        let arm = anchor.zip(track.rotation[i]).map_or(Vector3::zeros(), |(a, q)| q * a);
+        (track.position[i].coords + arm).dot(&way.along)
+    };
+    let rests: Vec<f64> = still.iter().map(|i| place(*i)).collect();
+    let moving = (0..track.len()).filter(|i| track.time[*i] >= from && track.time[*i] <= to);
+    let pairs: Vec<[f64; 2]> = moving
+        .filter_map(|i| Some([way.at(track.time[i])?, place(i)]))
+        .filter(|p| p[1].is_finite())
+        .collect();
+    if rests.len() < READINGS || pairs.len() < READINGS {
+        return None;
+    }
+    let gaps: Vec<f64> = pairs.iter().map(|[s, x]| s - x).collect();
+    let (gap, at_rest) = (mean(&gaps)?, mean(&rests)?);
+    let middle = mean(&pairs.iter().map(|p| p[0]).collect::<Vec<f64>>())?;
+    let (xy, xx) = pairs.iter().fold((0.0, 0.0), |(xy, xx), [s, x]| {
+        let d = s - middle;
+        (xy + d * (s - x - gap), xx + d * d)
+    });
+    let spread = |values: &[f64], centre: f64| {
+        let squares: f64 = values.iter().map(|v| (v - centre).powi(2)).sum();
+        (squares / (values.len() as f64).powi(2)).sqrt()
+    };
+    let sd = spread(&rests, at_rest).hypot(spread(&gaps, gap)).hypot(FLOOR);
+    ((xy / xx.max(1e-12)).abs() < TOGETHER).then_some((gap + at_rest, sd))
+}
+
+fn told(all: &[Onset], name: &str) -> Option<Finding> {
+    let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
+    let (values, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|o| o.way).unzip();
+    let pooled = random_effects(&values, &sds, FLOOR).filter(|_| fitted.len() >= FEWEST)?;
+    let statistic = pooled.mean / pooled.sd;
+    if statistic < CLEAR || pooled.mean < LEAST {
+        return None;
+    }
+    let held: Vec<&Onset> = all.iter().filter(|o| o.held_out).collect();
+    let judged = if held.is_empty() { &fitted } else { &held };
+    let rms = |share: &dyn Fn(f64) -> f64| {
+        let each = |o: &&Onset| {
+            let own = o.rows.iter().filter(|r| r[0] > 0.1 * pooled.mean);
+            own.map(|[x, f]| (f - o.level * share(*x)).powi(2))
+                .collect::<Vec<f64>>()
+        };
+        let squares: Vec<f64> = judged.iter().flat_map(each).collect();
+        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    };
+    let told = Told {
+        cause: "presliding",
+        place: name,
+        probability: 0.9,
+        rivals: &[],
+        parameter: (
+            "way",
+            Estimate::measured(
+                pooled.mean,
+                pooled.sd,
+                "m",
+                fitted.iter().map(|o| o.interaction.clone()).collect(),
+                "way of the body while the force of slow pushes rises",
+            ),
+        ),
+        residual: "beginning",
+        statistic,
+        words: format!(
+            "friction of {name} comes up over {:.2} mm of its way in every push",
+            1e3 * pooled.mean
+        ),
+        gain: gain(
+            "force",
+            "N",
+            [rms(&|_| 1.0), rms(&|x| (x / pooled.mean).min(1.0))],
+            held.iter().map(|o| o.interaction.clone()).collect(),
+        ),
+    };
+    Some(told.finding())
+}

@@ -184,6 +184,20 @@ fn a_sensor_that_reads_a_stated_weight_wrongly_is_told() {
 }
 
 #[test]
+fn what_happens_when_a_push_begins_is_found() {
+    let of = |hidden: &str, cause: &str, parameter: &str| {
+        let run = probed("probe-pushes", hidden, 4);
+        assert_eq!(named(&run), [cause]);
+        run.diagnosis.findings[0].parameters[parameter].value
+    };
+    let way = of("presliding:2", "presliding", "way");
+    assert!((way / 6e-4 - 1.0).abs() < 0.15, "{way}");
+    let glue = of("breakaway-bond", "breakaway-bond", "Fg");
+    assert!((1.8..3.2).contains(&glue), "{glue}");
+    of("static-ageing", "static-ageing", "beta");
+}
+
+#[test]
 fn a_tether_that_is_slack_at_first_is_found() {
     let run = probed("probe-pushes", "tether", 4);
     assert_eq!(named(&run), ["tether"]);

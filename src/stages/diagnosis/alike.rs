@@ -2,8 +2,17 @@
 
 /// Causes whose laws differ only in form: what one of them leaves behind, since nature's form is a little another, looks
 /// like the next.
-const ALIKE: [&[&str]; 6] = [
+const ALIKE: [&[&str]; 7] = [
     &["magnet", "bump", "friction-patch", "hidden-body"],
+    // Pushes that set out from one place: what happens there and what happens at first.
+    &[
+        "static-ageing",
+        "breakaway-bond",
+        "magnet",
+        "bump",
+        "friction-patch",
+        "hidden-body",
+    ],
     &["support-tilt", "gravity-error", "tether"],
     &[
         "hardening-stiffness",
@@ -38,7 +47,6 @@ const ALIKE: [&[&str]; 6] = [
         "rate-state-friction",
         "static-ageing",
         "breakaway-bond",
-        "presliding",
     ],
 ];
 /// Share of the gain of a cause below which a cause of the same kind is a matter of its form; and one of another kind.

@@ -108,6 +108,15 @@ fn history_laws() -> Vec<Law> {
             "the first millimetre is harder the longer the body had stood",
         ),
         law(
+            "static-ageing",
+            "support",
+            form::AGEING_RENEWED,
+            vec![positive("beta", "1", 0.15)],
+            vec![Parameter::scale("Dc", "m", 5e-4, 0.7)],
+            logs(&[3e-4, 1e-3]),
+            "the first millimetre is harder the longer the body had stood",
+        ),
+        law(
             "anisotropic-friction",
             "support",
             form::ANISOTROPY,

@@ -34,6 +34,7 @@ pub mod form {
     pub const LOOSE_MASS: usize = 24;
     pub const TETHER_SLACK: usize = 25;
     pub const HIDDEN_BODY_ANEW: usize = 26;
+    pub const AGEING_RENEWED: usize = 27;
 }
 
 /// Multiplies friction.
@@ -44,6 +45,8 @@ pub fn share(active: &Active, s: &State, length: f64, share: &mut f64) {
         form::WEAKENING => v[0] * (-s.speed / v[1].exp()).exp(),
         form::WEAKENING_SQUARE => v[0] * (-(s.speed / v[1].exp()).powi(2)).exp(),
         form::AGEING => v[0] * (1.0 + s.wait).log10() * (-s.slip / length).exp(),
+        // The contact is renewed over the slip length, and its age counts by its logarithm (Dieterich 1979).
+        form::AGEING_RENEWED => v[0] * (1.0 + s.wait * (-s.slip / v[1].exp()).exp()).log10(),
         form::ANISOTROPY => {
             let double = 2.0 * s.heading.y.atan2(s.heading.x);
             v[0] * double.cos() + v[1] * double.sin()

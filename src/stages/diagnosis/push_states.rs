@@ -15,6 +15,9 @@ use crate::stages::estimation::{action_of, replay_push, travel_direction};
 const BIN: f64 = 0.02;
 /// Share of the usual speed above which it moves steadily.
 const STEADY: f64 = 0.7;
+/// A tool may set out slowly, over so much slip, m, and at this share of the usual speed or more.
+const SETS_OUT: f64 = 6e-3;
+const SLOW: f64 = 0.06;
 /// Slip after the force rose from which on the model speaks, m: before that the finger's tip gives way.
 const SETTLED: f64 = 1e-4;
 /// What the plain model leaves open of the force in each window, as a share of it.
@@ -238,7 +241,8 @@ fn moments(
             slip += moment.speed * (t - before).max(0.0);
             before = *t;
         }
-        let contact = within && slip > SETTLED && moment.speed > STEADY * usual;
+        let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual;
+        let contact = within && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
         let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;

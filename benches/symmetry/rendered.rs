@@ -129,7 +129,7 @@ pub fn partial() {
         let after =
             completed(&capture).map_or(f64::NAN, |o| two_way(&o.mesh.transformed(&o.world_from_link.0), &truth));
         println!(
-            "{:20} seen {:.2} {judged}  two-way {whole:.2}, completed {after:.2} mm",
+            "{:20} seen {:.2} {judged}  two-way {whole:.3}, completed {after:.3} mm",
             thing.name, object.seen
         );
         sums = (sums.0 + whole, sums.1 + after);

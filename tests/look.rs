@@ -5,10 +5,18 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
-use palpate::base::{Notices, Progress, Seed};
+use palpate::base::{Notices, Pose, Progress, Seed};
 use palpate::capture::{Answer, Rig};
+use palpate::geometry::Mesh;
 use palpate::lab::{LabRig, Scene, parse_scene, synthesise};
-use palpate::stages::shape::{Config, Decision, NextView, NextViewConfig, ShapedObject, reconstruct};
+use palpate::stages::shape::{
+    Config, Decision, FindSymmetry, NextView, NextViewConfig, ShapedObject, reconstruct_with,
+};
+use palpate::stages::symmetry::{self, Evidence, detect};
+use palpate::twin::{SupportPlane, Symmetry};
+
+const BOWL: &str =
+    "[[0, 0], [0.03, 0], [0.055, 0.02], [0.07, 0.05], [0.066, 0.05], [0.051, 0.023], [0.028, 0.004], [0, 0.004]]";
 
 fn one(shape: &str, z: f64) -> Scene {
     let text = format!(
@@ -56,13 +64,13 @@ fn a_thin_vessel_is_looked_into() {
 }
 
 /// The largest thing, what it is off in volume, and whether its wall was continued.
-fn vessel(profile: &str) -> (ShapedObject, f64, bool) {
+fn vessel(profile: &str, find: &FindSymmetry) -> (ShapedObject, f64, bool) {
     let scene = one(&format!("{{ kind = \"lathe\", profile = {profile} }}"), 0.0);
     let rig = LabRig::new(&scene, Path::new("."), Seed(1)).expect("a rig");
     let truth = rig.solids().values().next().expect("a thing").mesh.volume();
     let made = synthesise(&scene, Path::new("."), Seed(1), &Progress::silent()).expect("a capture");
     let mut notices = Notices::default();
-    let shapes = reconstruct(&made.capture, &Config::default(), &mut notices).expect("settings that work");
+    let shapes = reconstruct_with(&made.capture, &Config::default(), find, &mut notices).expect("settings that work");
     let said = notices.0.iter().any(|n| n.message.contains("its wall is"));
     let largest = shapes
         .objects
@@ -78,17 +86,43 @@ fn vessel(profile: &str) -> (ShapedObject, f64, bool) {
     (largest, off, said)
 }
 
+fn no_symmetry(_: &Mesh, _: &Pose, _: Option<&SupportPlane>) -> palpate::base::Result<Symmetry> {
+    Ok(Symmetry::default())
+}
+
 #[test]
 fn the_hidden_outside_of_a_bowl_is_closed_at_the_thickness_of_its_wall() {
-    let (bowl, off, said) = vessel(
-        "[[0, 0], [0.03, 0], [0.055, 0.02], [0.07, 0.05], [0.066, 0.05], [0.051, 0.023], [0.028, 0.004], [0, 0.004]]",
-    );
+    let (bowl, off, said) = vessel(BOWL, &no_symmetry);
     let [_, mirrored, closed] = bowl.mesh.origin_shares();
     assert!(off.abs() < 0.02 && said && mirrored == 0.0 && closed > 0.1);
 }
 
 #[test]
+fn images_of_empty_space_do_not_thin_the_wall_of_a_bowl() {
+    let evidence = Evidence {
+        blur: 0.003,
+        noise: 0.0002,
+        ..Evidence::default()
+    };
+    let find = |mesh: &Mesh, _: &Pose, _: Option<&SupportPlane>| {
+        detect(
+            "it",
+            mesh,
+            &evidence,
+            &symmetry::Config::default(),
+            &mut Notices::default(),
+        )
+    };
+    let (bowl, off, _) = vessel(BOWL, &find);
+    let [_, mirrored, _] = bowl.mesh.origin_shares();
+    assert!(off.abs() < 0.02 && mirrored > 0.01);
+}
+
+#[test]
 fn a_thick_foot_that_the_seen_outside_shuts_in_stays_solid() {
-    let (_, off, said) = vessel("[[0, 0], [0.04, 0], [0.04, 0.08], [0.036, 0.08], [0.036, 0.02], [0, 0.02]]");
+    let (_, off, said) = vessel(
+        "[[0, 0], [0.04, 0], [0.04, 0.08], [0.036, 0.08], [0.036, 0.02], [0, 0.02]]",
+        &no_symmetry,
+    );
     assert!(off.abs() < 0.02 && !said);
 }

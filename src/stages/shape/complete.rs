@@ -26,6 +26,9 @@ const TURNS: u32 = 24;
 const LEAST_KNOWN: f64 = 0.6;
 /// An image under the height that the support blurs counts only where it is this clear of the surface, voxels.
 const CLEAR: f32 = 0.5;
+/// A place is surely empty only where all is known so far around it, voxels: at the edge of what a grazing look clears away
+/// its pixels, and the units of samples that share one, reach into what stands there.
+const DOUBTFUL: usize = 2;
 
 /// The thing that is completed, among the others.
 pub struct Context<'a> {
@@ -183,14 +186,14 @@ enum Known {
 
 impl Volume {
     /// Fills what was not observed by the images of what was, under the symmetries that are sure: in the field's
-    /// frame. What was seen to be empty stays empty. Returns the number of samples that an image decided; the bodies
+    /// frame. What was surely seen to be empty stays empty. Returns the number of samples that an image decided; the bodies
     /// must claim their insides anew.
     pub fn complete(&mut self, symmetry: &Symmetry, truncation: f64) -> usize {
         let images = images(symmetry);
         if images.is_empty() {
             return 0;
         }
-        let known = self.known();
+        let known = self.surely_known();
         let filled: Vec<Option<f32>> = (0..known.len())
             .map(|at| self.between_images(&known, at, &images, truncation as f32))
             .collect();
@@ -221,13 +224,27 @@ impl Volume {
         known
     }
 
-    /// The distance that the images of a sample have on the average; nothing where the sample was observed itself.
+    /// What is known, without what is said to be empty beside what is not known.
+    fn surely_known(&self) -> Vec<Known> {
+        let mut sure = self.known();
+        for _ in 0..DOUBTFUL {
+            let before = sure.clone();
+            for (at, known) in sure.iter_mut().enumerate().filter(|(_, k)| **k == Known::Empty) {
+                let mut around = self.neighbours(self.place(at));
+                if around.any(|n| before[self.at(n[0], n[1], n[2])] == Known::Nothing) {
+                    *known = Known::Nothing;
+                }
+            }
+        }
+        sure
+    }
+
+    /// The distance that the images of a sample have on the average; nothing where the sample itself is known.
     fn between_images(&self, known: &[Known], at: usize, images: &[Image], truncation: f32) -> Option<f32> {
         if known[at] != Known::Nothing || self.owner[at] == FOREIGN {
             return None;
         }
-        let (x, y) = (at % self.size[0], at / self.size[0] % self.size[1]);
-        let z = at / (self.size[0] * self.size[1]);
+        let [x, y, z] = self.place(at);
         let here = self.point(self.global(x, y, z));
         let below = self.global(x, y, z)[2] < self.clear;
         let (mut sum, mut count) = (0.0, 0.0);

@@ -86,6 +86,12 @@ impl Volume {
         x + self.size[0] * (y + self.size[1] * z)
     }
 
+    /// The place in the box at a position in the arrays.
+    pub fn place(&self, at: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.size;
+        [at % nx, at / nx % ny, at / (nx * ny)]
+    }
+
     /// Position of a global index, if it is in the box.
     pub fn at_global(&self, index: [i32; 3]) -> Option<usize> {
         let local: [i32; 3] = std::array::from_fn(|a| index[a] - self.low[a]);

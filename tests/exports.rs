@@ -11,11 +11,11 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 use palpate::base::{Estimate, Pose, StagedFolder};
-use palpate::export::{Deed, Format, Outcome, check, export_all, export_into, manipulate};
+use palpate::export::{Deed, Format, Outcome, check, export_all, export_into, exports_as, manipulate};
 use palpate::geometry::Mesh;
 use palpate::twin::{
-    BaseFit, Body, DIAGNOSIS_FORMAT, Diagnosis, FORMAT, Joint, JointKind, Link, Model, Provenance, Relation,
-    RelationKind, SupportPlane, Twin, Verdict, read_twin, write_twin,
+    BaseFit, Body, Coupling, DIAGNOSIS_FORMAT, Detent, Diagnosis, Effect, FORMAT, Joint, JointKind, Link, Model,
+    Provenance, Relation, RelationKind, SupportPlane, Twin, Verdict, read_twin, write_twin,
 };
 
 fn measured(value: f64, sd: f64, unit: &str) -> Option<Estimate> {
@@ -96,6 +96,7 @@ impl Builder {
             bodies: Vec::new(),
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         };
         let meshes = BTreeMap::new();
@@ -174,6 +175,7 @@ fn joint(kind: JointKind, parent: &str, child: &str, axis: [f64; 3], origin: [f6
         stiffness: None,
         rest: None,
         effort: None,
+        effects: palpate::twin::JointEffects::default(),
         lateral: None,
     }
 }
@@ -341,6 +343,7 @@ fn models() -> Vec<(&'static str, Model)> {
         ("cup", cup()),
         ("kinds", kinds()),
         ("sheet", sheet()),
+        ("geared", geared()),
     ]
 }
 
@@ -474,4 +477,132 @@ fn joints_and_pushes_feel_as_measured() {
         (force - weight).abs() < 0.05 * weight,
         "{force} N, not {weight} N: {push}"
     );
+}
+
+/// A plinth with two doors that hover over the table, the second geared to the first, with all that a diagnosis finds of a
+/// joint and of a table.
+fn geared() -> Model {
+    let mut b = Builder::new("geared");
+    let mut plinth = b.block("plinth", at(0.0, 0.0, 0.03), [0.1, 0.3, 0.06]);
+    plinth.mass = measured(1.0, 0.01, "kg");
+    let mut links = vec![plinth];
+    let mut joints = Vec::new();
+    for (name, y) in [("left", 0.1), ("right", -0.1)] {
+        let mut door = b.block(name, at(0.12, y, 0.035), [0.12, 0.02, 0.05]);
+        door.mass = measured(0.2, 0.004, "kg");
+        links.push(door);
+        let mut hinge = joint(JointKind::Revolute, "plinth", name, [0.0, 0.0, 1.0], [0.055, y, 0.035]);
+        hinge.friction = measured(0.02, 0.001, "N·m");
+        joints.push(hinge);
+    }
+    let one = |value: f64, unit: &str| measured(value, 0.01 * value.abs(), unit).expect("an estimate");
+    joints[0].effects.static_excess = measured(0.011, 0.001, "N·m");
+    joints[0].effects.backlash = measured(0.03, 0.001, "rad");
+    joints[0].effects.detents.push(Detent {
+        latch: true,
+        position: one(0.02, "rad"),
+        load: one(0.16, "N·m"),
+        reach: one(0.06, "rad"),
+    });
+    joints[1].effects.coupling = Some(Coupling {
+        leader: "plinth-left".into(),
+        ratio: one(-0.8, "1"),
+    });
+    b.add(links, joints);
+    b.model.twin.effects.push(Effect {
+        cause: "joint-loose-mass".into(),
+        place: "plinth-left".into(),
+        probability: 0.99,
+        parameters: BTreeMap::from([("rate".into(), one(21.8, "rad/s"))]),
+    });
+    b.model
+}
+
+/// What a format can say of them it says; everything else stands in each file as a comment.
+#[test]
+fn what_a_diagnosis_found_is_said_or_noted_by_every_format() {
+    let model = geared();
+    let (mut files, notes) = exports_as(
+        &model,
+        &[Format::Urdf, Format::Mjcf, Format::Gltf, Format::Sdf, Format::Usd],
+    )
+    .expect("exports");
+    let mut text = |name: &str| String::from_utf8_lossy(&files.remove(name).expect("a file")).into_owned();
+    for (file, coupling) in [
+        (
+            "scene.urdf",
+            "<mimic joint=\"plinth_left\" multiplier=\"-0.8\" offset=\"0\"/>",
+        ),
+        (
+            "scene.xml",
+            "<joint joint1=\"plinth_right\" joint2=\"plinth_left\" polycoef=\"0 -0.8 0 0 0\"/>",
+        ),
+        (
+            "scene.sdf",
+            "<drake:mimic joint=\"plinth_left\" multiplier=\"-0.8\" offset=\"0\"/>",
+        ),
+        ("scene.usda", "double coupling_ratio = -0.8"),
+        ("scene.glb", "\"leader\":\"plinth-left\""),
+    ] {
+        let text = text(file);
+        assert!(text.contains(coupling), "{file}");
+        for left in [
+            "than to keep it going",
+            "a latch at 0.02 rad",
+            "a play of 0.03 rad",
+            "joint-loose-mass was found",
+        ] {
+            assert!(text.contains(left), "{file}: {left}");
+        }
+    }
+    let about = |format: &str| {
+        notes
+            .iter()
+            .any(|n| n.format == format && n.message.starts_with("follows"))
+    };
+    assert!(about("gltf") && about("usd") && about("urdf") && !about("mjcf"));
+    let outcome = done(&model, "open:plinth_left");
+    let turned = |link: &str| {
+        let part = outcome.parts.iter().find(|p| p.link == link);
+        part.expect("a part").turned
+    };
+    let (left, right) = (turned("left"), turned("right"));
+    let force = outcome.mean_effort.expect("a hand");
+    assert!(force < 2.0 && turned("plinth") < 0.01, "{outcome}");
+    assert!(
+        left > 0.2 && (right / left - 0.8).abs() < 0.05,
+        "{left} rad, {right} rad: {outcome}"
+    );
+}
+
+/// A press of a thing on a table that gives shows the measured stiffness, and the thing goes down by what the table gives.
+#[test]
+fn a_table_that_gives_shares_the_measured_stiffness_with_the_thing_on_it() {
+    let mut model = tin();
+    let stiffness = |model: &Model| {
+        let (files, _) = exports_as(model, &[Format::Mjcf]).expect("exports");
+        let text = String::from_utf8_lossy(&files["scene.xml"]).into_owned();
+        let of = |tag: &str| {
+            let line = text
+                .lines()
+                .find(|l| l.contains(tag) && l.contains("solref"))
+                .expect("a contact");
+            let value = line.split("solref=\"-").nth(1).and_then(|v| v.split(' ').next());
+            value.and_then(|v| v.parse::<f64>().ok()).expect("a number") * 0.36 / 0.05
+        };
+        // One point under the tool, four on the table.
+        (of("<geom"), 4.0 * of("<pair"))
+    };
+    let series = |(a, b): (f64, f64)| a * b / (a + b);
+    let stiff = stiffness(&model);
+    assert!((series(stiff) / 3628.0 - 1.0).abs() < 1e-6, "{stiff:?}");
+    model.twin.effects.push(Effect {
+        cause: "support-compliance".into(),
+        place: "support".into(),
+        probability: 0.95,
+        parameters: BTreeMap::from([("compliance".into(), measured(1e-4, 1e-6, "m/N").expect("an estimate"))]),
+    });
+    let giving = stiffness(&model);
+    assert!((series(giving) / 3628.0 - 1.0).abs() < 1e-6, "{giving:?}");
+    assert!((giving.1 / 1e4 - 1.0).abs() < 1e-6, "{giving:?}");
 }

@@ -36,6 +36,7 @@ fn model(capture: &Capture) -> Model {
             bodies: bodies.collect(),
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         },
         meshes: BTreeMap::new(),

@@ -67,6 +67,7 @@ fn inferred(capture: &Capture) -> (Articulation, Notices) {
             bodies: bodies.into_values().collect(),
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         },
         meshes: BTreeMap::new(),

@@ -232,6 +232,7 @@ fn model() -> Model {
             bodies: vec![Body::rigid(link)],
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         },
         meshes: BTreeMap::from([("box.obj".into(), box_mesh([0.05, 0.04, 0.02]))]),

@@ -86,6 +86,7 @@ fn model_of(capture: &Capture, boxes: &[(&str, [f64; 3])], joints: Vec<Joint>) -
             bodies,
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         },
         meshes,
@@ -229,6 +230,7 @@ fn a_hinge_on_the_table_is_confounded_with_the_table() {
         stiffness: None,
         rest: None,
         effort: None,
+        effects: palpate::twin::JointEffects::default(),
         lateral: None,
     };
     let mut model = model_of(

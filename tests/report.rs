@@ -115,6 +115,7 @@ fn joint() -> Joint {
         stiffness: None,
         rest: None,
         effort: None,
+        effects: palpate::twin::JointEffects::default(),
         lateral: None,
     }
 }
@@ -164,6 +165,7 @@ fn twin() -> Twin {
             seconds: BTreeMap::new(),
             tracks_from_images: Vec::new(),
         },
+        effects: Vec::new(),
         notices: vec![Notice {
             severity: Severity::Warning,
             stage: "shape".into(),

@@ -74,6 +74,7 @@ fn model() -> Model {
         stiffness: None,
         rest: None,
         effort: None,
+        effects: palpate::twin::JointEffects::default(),
         lateral: None,
     };
     let twin = Twin {
@@ -93,6 +94,7 @@ fn model() -> Model {
         }],
         relations: Vec::new(),
         provenance: Provenance::default(),
+        effects: Vec::new(),
         notices: Vec::new(),
     };
     Model {

@@ -1,5 +1,6 @@
 //! Joints and relations of random scenes of the lab: `cargo bench --bench joints -- [trees N] [arms N] [stacks N] [ajar N]
-//! [decide N] [time] [only K …]`. After `only` come the numbers of the scenes that are made. Prints how often the kind is
+//! [decide N] [time] [scatter X] [only K …]`. After `only` come the numbers of the scenes that are made; `scatter` is how much friction
+//! differs from touch to touch (a share, 0.01 where it is not given). Prints how often the kind is
 //! right and how well its probability is calibrated, errors of axis, origin and dynamics, how often the intervals hold the
 //! truth, and how soon chosen touches decide what is open.
 #![allow(
@@ -222,12 +223,13 @@ impl Results {
     }
 }
 
-fn run_all(name: &str, seeds: &[u64], make: fn(u64) -> Made) {
+fn run_all(name: &str, seeds: &[u64], make: fn(u64) -> Made, scatter: Option<f64>) {
     let started = Stopwatch::start();
     let runs: Vec<(u64, Made, Run)> = seeds
         .par_iter()
         .map(|&seed| {
-            let made = make(seed);
+            let mut made = make(seed);
+            made.scene.repeat.friction = scatter.unwrap_or(made.scene.repeat.friction);
             let capture = recorded(&made.scene, &format!("{name}-{seed}"), seed);
             let run = build(&capture, &options(), &Progress::silent()).expect("a run");
             (seed, made, run)
@@ -287,13 +289,15 @@ fn main() {
             (0..count(word, usual)).collect()
         }
     };
+    let after = words.iter().position(|w| w == "scatter").and_then(|i| words.get(i + 1));
+    let scatter: Option<f64> = after.and_then(|x| x.parse().ok());
     for (name, usual, make) in [
         ("trees", 96, scenes::tree as fn(u64) -> Made),
         ("arms", 12, scenes::arm),
     ] {
         let seeds = seeds(name, usual);
         if !seeds.is_empty() {
-            run_all(name, &seeds, make);
+            run_all(name, &seeds, make, scatter);
         }
     }
     if count("stacks", 48) > 0 {

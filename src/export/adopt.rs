@@ -91,6 +91,7 @@ pub(super) fn empty(name: &str) -> Model {
                 version: env!("CARGO_PKG_VERSION").into(),
                 ..Provenance::default()
             },
+            effects: Vec::new(),
             notices: Vec::new(),
         },
         meshes: BTreeMap::new(),

@@ -10,7 +10,7 @@ use super::inertial::six;
 use super::xml::{Element, parse};
 use crate::base::{Error, Pose, Result, read_bytes, read_text};
 use crate::geometry::{Mesh, parse_mesh, solids};
-use crate::twin::{Body, Joint, JointKind, Link, Model};
+use crate::twin::{Body, Coupling, Joint, JointEffects, JointKind, Link, Model};
 
 /// Sides of a primitive that is round, and subdivisions of a ball.
 const SIDES: usize = 48;
@@ -198,6 +198,13 @@ fn hold(file: &Path, joint: &urdf_rs::Joint, world: &Isometry3<f64>, trust: Trus
         stiffness: None,
         rest: None,
         effort: None,
+        effects: JointEffects {
+            coupling: joint.mimic.as_ref().map(|m| Coupling {
+                leader: m.joint.clone(),
+                ratio: trust.estimate(m.multiplier.unwrap_or(1.0), "1"),
+            }),
+            ..JointEffects::default()
+        },
         lateral: None,
     })
 }

@@ -272,6 +272,12 @@ impl CheckReport {
                 format!("range {:?}, not {:?}", got.range, want.range)
             });
         }
+        if let (true, Some((leader, ratio))) = (says_who_follows(file), &want.follows) {
+            let same = |(l, r): &(String, f64)| l == leader && (r - ratio).abs() <= tolerance * ratio.abs();
+            self.require(got.follows.as_ref().is_some_and(same), file, name, || {
+                format!("follows {:?}, not {leader} by {ratio}", got.follows)
+            });
+        }
         let pairs = [
             ("damping", want.damping, got.damping),
             ("friction", want.friction, got.friction),
@@ -293,6 +299,11 @@ impl CheckReport {
             });
         }
     }
+}
+
+/// Whether a joint that follows another is one in the format of the file.
+fn says_who_follows(file: &str) -> bool {
+    [".urdf", ".xml", ".sdf"].iter().any(|ending| file.ends_with(ending))
 }
 
 fn line_distance(point: &Vector3<f64>, direction: &Vector3<f64>, other: &Vector3<f64>) -> f64 {

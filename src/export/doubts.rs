@@ -31,16 +31,17 @@ fn closed(interval: [f64; 2]) -> Option<[f64; 2]> {
 }
 
 fn scalars<const N: usize>(all: [(&str, &Option<Estimate>); N]) -> Vec<Doubt> {
-    let one = |(name, e): (&str, &Option<Estimate>)| {
-        let e = e.as_ref()?;
-        Some(Doubt {
-            name: name.into(),
-            value: e.value,
-            interval: e.ci95.and_then(closed),
-            unit: e.unit.clone(),
-        })
-    };
+    let one = |(name, e): (&str, &Option<Estimate>)| Some(doubt(name.into(), e.as_ref()?));
     all.into_iter().filter_map(one).collect()
+}
+
+fn doubt(name: String, e: &Estimate) -> Doubt {
+    Doubt {
+        name,
+        value: e.value,
+        interval: e.ci95.and_then(closed),
+        unit: e.unit.clone(),
+    }
 }
 
 fn components<const N: usize>(
@@ -85,13 +86,27 @@ pub(super) fn of_link(link: &Link) -> Vec<Doubt> {
 
 /// What is known of a joint.
 pub(super) fn of_joint(joint: &Joint) -> Vec<Doubt> {
+    let effects = &joint.effects;
+    let ratio = effects.coupling.as_ref().map(|c| c.ratio.clone());
     let mut all = scalars([
         ("friction", &joint.friction),
         ("damping", &joint.damping),
         ("stiffness", &joint.stiffness),
         ("rest", &joint.rest),
         ("pitch", &joint.pitch),
+        ("static_excess", &effects.static_excess),
+        ("backlash", &effects.backlash),
+        ("coupling_ratio", &ratio),
     ]);
+    for (k, detent) in effects.detents.iter().enumerate() {
+        for (name, estimate) in [
+            ("position", &detent.position),
+            ("load", &detent.load),
+            ("reach", &detent.reach),
+        ] {
+            all.push(doubt(format!("detent_{k}_{name}"), estimate));
+        }
+    }
     if let Some(e) = &joint.limits {
         all.extend(components("limit", ["lower", "upper"], e.value, e.ci95, &e.unit));
     }

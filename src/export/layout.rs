@@ -7,8 +7,8 @@ use super::inertial::{DEFAULT_DENSITY, DEFAULT_MASS, DEFAULT_RADIUS, has_volume,
 use super::names::{Names, sanitised};
 use super::scene::{Attachment, Floor, Motion, Part, Scene, Tree, Weld};
 use super::standing::stand;
-use super::surface::{DEFAULT_FRICTION, surface_of};
-use super::unsayable::unsayable;
+use super::surface::{DEFAULT_FRICTION, Surface, surface_of};
+use super::unsayable::{SINKING, unsayable};
 use crate::base::{Error, Estimate, Result};
 use crate::geometry::Mesh;
 use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind, SUPPORT, texture_path};
@@ -117,9 +117,19 @@ fn part_of(model: &Model, link: &Link, joint: Option<&Joint>, tree: &Tree, names
         flat: mesh.is_some_and(|m| !has_volume(m)),
         hulls: solid_paths(model, link),
         color: mean_color(mesh),
-        surface: surface_of(link, inertial.mass, gravity),
+        surface: Surface {
+            sinks: sinks(model),
+            ..surface_of(link, inertial.mass, gravity)
+        },
         attachment: joint.and_then(|j| attachment(j, tree, &world_from_part, names.1)),
     }
+}
+
+/// How far the support gives, m/N.
+fn sinks(model: &Model) -> Option<f64> {
+    let mut effects = model.twin.effects.iter();
+    let found = effects.find(|e| e.cause == SINKING)?;
+    Some(found.parameters.get("compliance")?.value).filter(|c| *c > 0.0)
 }
 
 /// The convex parts; a mesh without any stands for itself, and simulators take its hull. What is flat is left
@@ -166,6 +176,11 @@ fn attachment(joint: &Joint, tree: &Tree, frame: &Isometry3<f64>, names: &mut Na
         motions,
         axis: Unit::new_normalize(frame.inverse_transform_vector(&Vector3::from(joint.axis.value))),
         pitch: joint.pitch.as_ref().map_or(0.0, |p| p.value),
+        follows: joint
+            .effects
+            .coupling
+            .as_ref()
+            .map(|c| (c.leader.clone(), c.ratio.value)),
     })
 }
 

@@ -120,6 +120,7 @@ fn axis(description: &Value, world: &Isometry3<f64>) -> Option<Axis> {
         damping: Some(drive["damping"].as_f64().unwrap_or(0.0)),
         friction: None,
         stiffness: Some(drive["stiffness"].as_f64().unwrap_or(0.0)),
+        follows: None,
     })
 }
 

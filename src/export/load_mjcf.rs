@@ -25,6 +25,13 @@ pub(super) fn load(file: &Path, text: &str) -> Result<Loaded> {
     for body in root.children("worldbody").flat_map(|w| w.children("body")) {
         reader.body(body, &Isometry3::identity(), &mut out)?;
     }
+    for pair in root.children("equality").flat_map(|e| e.children("joint")) {
+        let (own, leader) = (reader.text(pair, "joint1")?, reader.text(pair, "joint2")?);
+        let [_, ratio, ..] = reader.numbers::<5>(pair, "polycoef")?;
+        if let Some(axis) = out.axes.get_mut(own) {
+            axis.follows = Some((leader.to_string(), ratio));
+        }
+    }
     for number in root.children("custom").flat_map(|c| c.children("numeric")) {
         let part = reader.text(number, "name")?.strip_suffix("_friction_static");
         if let Some(skin) = part.and_then(|p| out.skins.get_mut(p)) {
@@ -70,6 +77,7 @@ impl Mjcf<'_> {
                 damping: Some(self.or_zero(joint, "damping")?),
                 friction: Some(self.or_zero(joint, "frictionloss")?),
                 stiffness: Some(self.or_zero(joint, "stiffness")?),
+                follows: None,
             };
             out.axes.insert(self.text(joint, "name")?.to_string(), axis);
         }

@@ -93,6 +93,7 @@ impl Sdf<'_> {
             damping: one(dynamics, "damping")?,
             friction: one(dynamics, "friction")?,
             stiffness: Some(one(dynamics, "spring_stiffness")?.unwrap_or(0.0)),
+            follows: joint.child("drake:mimic").and_then(follows),
         })
     }
 
@@ -117,4 +118,9 @@ impl Sdf<'_> {
         let wrong = || Error::bad_input(self.file, &of.tag, of.text(), format!("{N} numbers"));
         list.and_then(|l| l.try_into().ok()).ok_or_else(wrong)
     }
+}
+
+fn follows(mimic: &Element) -> Option<(String, f64)> {
+    let ratio = mimic.get("multiplier")?.parse().ok()?;
+    Some((mimic.get("joint")?.to_string(), ratio))
 }

@@ -57,6 +57,10 @@ pub(super) fn load(file: &Path, text: &str, world_from_root: impl Fn(&str) -> Is
             damping: joint.dynamics.as_ref().map(|d| d.damping),
             friction: joint.dynamics.as_ref().map(|d| d.friction),
             stiffness: None,
+            follows: joint
+                .mimic
+                .as_ref()
+                .map(|m| (m.joint.clone(), m.multiplier.unwrap_or(1.0))),
         };
         out.axes.insert(joint.name.clone(), axis);
     }

@@ -49,6 +49,8 @@ pub(super) struct Axis {
     pub(super) damping: Option<f64>,
     pub(super) friction: Option<f64>,
     pub(super) stiffness: Option<f64>,
+    /// The joint that it follows, and the ratio of the two; nought where a format says none.
+    pub(super) follows: Option<(String, f64)>,
 }
 
 impl Solid {
@@ -90,6 +92,7 @@ pub(super) fn expected(scene: &Scene, model: &Model) -> Loaded {
                 damping: Some(motion.damping),
                 friction: Some(motion.friction),
                 stiffness: Some(motion.stiffness),
+                follows: scene.leader(&motion.name).map(|(leader, ratio)| (leader.into(), ratio)),
             };
             out.axes.insert(motion.name.clone(), axis);
         }

@@ -9,7 +9,7 @@ use rapier3d_f64::prelude::{
 };
 
 use super::deed::Deed;
-use super::engine::{Engine, STEP, no_table};
+use super::engine::{Engine, STEP, inertia_along, no_table};
 use super::film::Film;
 use super::layout::lay_out;
 use super::outcome::{Opened, Outcome, part_outcome};
@@ -299,8 +299,9 @@ impl<'a> Play<'a> {
             let lever = if motion.turns { axis.cross(&arm) } else { axis };
             let error = goal.signum() * speed - now;
             // A servo on the speed: proportional and integral, no stronger than a hand.
-            drive = (drive + 40.0 * STEP * error / lever.norm().max(0.02)).clamp(-STRENGTH, STRENGTH);
-            let force = lever.normalize() * (drive + 4.0 * error).clamp(-STRENGTH, STRENGTH);
+            let [gain, rate] = servo(inertia_along(scene.part(target), motion), lever.norm());
+            drive = (drive + gain * rate * STEP * error).clamp(-STRENGTH, STRENGTH);
+            let force = lever.normalize() * (drive + gain * error).clamp(-STRENGTH, STRENGTH);
             self.efforts.push(force.norm());
             self.engine.pulls.push((child, force, point));
             self.engine.step();
@@ -334,6 +335,14 @@ impl<'a> Play<'a> {
             .max_by(|a, b| off(a).total_cmp(&off(b)))
             .unwrap_or(part.com.into())
     }
+}
+
+/// Gains of a servo on the speed of what has that inertia (kg·m² or kg) at that lever (m, or 1): force per speed, and how fast
+/// what is lacking adds up, 1/s. One step takes away a fifth of an error at most, or what is light would be flung to and fro.
+fn servo(inertia: f64, lever: f64) -> [f64; 2] {
+    let lever = lever.max(0.02);
+    let gain = (0.2 * inertia / (lever * STEP)).min(4.0);
+    [gain, (10.0 / lever).min(0.25 * gain * lever / inertia)]
 }
 
 /// How far to open: nearly to the end that is further away, or by a documented way where no end is known.

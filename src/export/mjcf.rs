@@ -193,24 +193,32 @@ fn touching(part: &Part, geom: Element) -> Element {
     match s.compliance {
         None => geom,
         Some((stiffness, damping)) => {
-            let reference = direct_reference(stiffness, damping, part.mass, LIGHT);
+            let [tool, _] = shared(stiffness, s.sinks);
+            let reference = direct_reference(tool, damping, part.mass, LIGHT);
             // A constant impedance makes the contact's spring linear and equal to the stated one.
             geom.with("solref", numbers(&reference)).with("solimp", SOFT)
         }
     }
 }
 
-/// `solref` in MuJoCo's direct form, so that a press between a tool (one point of contact) and the support (taken
-/// to be four) shows the measured stiffness. In equilibrium a contact's force is `f = k x / ((1 - d) A)` with the
-/// impedance d and `A = 1/m` ("Computation", MuJoCo's documentation: `R = (1 - d)/d A`, `a_ref = -k/d x`), so
-/// one point is given 5/4 of the whole, four are five times it, and both in series the whole. The same holds for
-/// the damping, but one below `least` of the critical is raised to that, and where none was measured it is `least`.
+/// Stiffness of the contact with a tool (one point) and of each with the support (taken to be four), so that a press
+/// between the two shows the measured one: one point is given 5/4 of the whole, four are five times it, and both in series
+/// the whole. Where the support was seen to give, its four give that much, and the tool's the rest, a tenth at least.
+fn shared(stiffness: f64, sinks: Option<f64>) -> [f64; 2] {
+    let support = sinks.map_or(0.2, |c| (c * stiffness).min(0.9));
+    [stiffness / (1.0 - support), 0.25 * stiffness / support]
+}
+
+/// `solref` in MuJoCo's direct form for a contact of that stiffness. In equilibrium its force is `f = k x / ((1 - d) A)`
+/// with the impedance d and `A = 1/m` ("Computation", MuJoCo's documentation: `R = (1 - d)/d A`, `a_ref = -k/d x`).
+/// The same holds for the damping, that of a press, of which a contact has 5/4; one below `least` of the critical is raised
+/// to that, and where none was measured it is `least`.
 fn direct_reference(stiffness: f64, damping: Option<f64>, mass: f64, least: f64) -> [f64; 2] {
-    let share = 1.25 * (1.0 - IMPEDANCE) / mass;
+    let share = (1.0 - IMPEDANCE) / mass;
     // The contact obeys a + b v + k x = 0 whatever it carries.
     let critical = 2.0 * (share * stiffness).sqrt();
     let b = damping.map_or(least * critical, |c| {
-        (share * c).clamp(least * critical, 10.0 * critical)
+        (1.25 * share * c).clamp(least * critical, 10.0 * critical)
     });
     [-share * stiffness, -b]
 }
@@ -225,7 +233,8 @@ fn resting(part: &Part) -> Vec<Element> {
     let torsion = s.torsional_radius.map_or(DEFAULT_TORSION, |r| r * s.kinetic_friction);
     let rolling = s.rolling.unwrap_or(DEFAULT_ROLLING);
     let friction = [s.kinetic_friction, s.kinetic_friction, torsion, rolling, rolling];
-    let reference = direct_reference(stiffness, damping, part.mass, 1.0);
+    let [_, support] = shared(stiffness, s.sinks);
+    let reference = direct_reference(support, damping, part.mass, 1.0);
     let pair = |k: usize| {
         Element::new("pair")
             .with("geom1", "support")
@@ -322,6 +331,13 @@ fn equality(scene: &Scene) -> Element {
             .with("joint1", slide_of(hold))
             .with("joint2", &hold.motions[0].name)
             .with("polycoef", numbers(&[0.0, hold.pitch, 0.0, 0.0, 0.0]));
+        equality.push(coupling);
+    }
+    for (own, leader, ratio) in scene.couplings() {
+        let coupling = Element::new("joint")
+            .with("joint1", &own.name)
+            .with("joint2", &leader.name)
+            .with("polycoef", numbers(&[0.0, ratio, 0.0, 0.0, 0.0]));
         equality.push(coupling);
     }
     for [a, b] in scene.welds.iter().map(|w| w.ends) {

@@ -87,6 +87,8 @@ pub(super) struct Attachment {
     pub(super) axis: Unit<Vector3<f64>>,
     /// m/rad, for a screw.
     pub(super) pitch: f64,
+    /// The joint of one freedom that it follows, by the twin's name, and how far for each unit of that one's way.
+    pub(super) follows: Option<(String, f64)>,
 }
 
 /// One degree of freedom.
@@ -113,6 +115,25 @@ impl Scene {
         self.parts()
             .find(|(_, p)| p.link == name || Some(p.link.as_str()) == link)
             .map(|(id, _)| id)
+    }
+
+    /// What each joint that follows another does: its own motion, that of its leader, and the ratio of the two.
+    pub(super) fn couplings(&self) -> impl Iterator<Item = (&Motion, &Motion, f64)> {
+        let holds = || self.parts().filter_map(|(_, p)| p.hold());
+        holds().filter_map(move |hold| {
+            let (leader, ratio) = hold.follows.as_ref()?;
+            let leader = holds().find(|h| h.joint == *leader)?;
+            match (hold.motions.as_slice(), leader.motions.as_slice()) {
+                ([own], [other]) => Some((own, other, *ratio)),
+                _ => None,
+            }
+        })
+    }
+
+    /// The leader of a motion, and the ratio, where it follows another.
+    pub(super) fn leader(&self, name: &str) -> Option<(&str, f64)> {
+        let found = self.couplings().find(|(own, ..)| own.name == name);
+        found.map(|(_, leader, ratio)| (leader.name.as_str(), ratio))
     }
 
     /// Every part with its place.

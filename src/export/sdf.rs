@@ -82,7 +82,7 @@ fn one_model(scene: &Scene, twin: &Model, group: &[usize]) -> Element {
         for part in &tree.parts {
             model.push(link(part, twin));
             if let Some(hold) = part.hold() {
-                joints(&mut model, &tree.parts[hold.parent].name, part, hold, twin);
+                joints(&mut model, &tree.parts[hold.parent].name, part, hold, (scene, twin));
             }
         }
         if let Some(root) = tree.parts.first().filter(|_| tree.anchored) {
@@ -192,7 +192,7 @@ fn joint(name: &str, kind: &str, parent: &str, child: &str) -> Element {
         .holding(leaf("child", child))
 }
 
-fn joints(model: &mut Element, parent: &str, part: &Part, hold: &Attachment, twin: &Model) {
+fn joints(model: &mut Element, parent: &str, part: &Part, hold: &Attachment, (scene, twin): (&Scene, &Model)) {
     if hold.motions.is_empty() {
         model.push(joint(&hold.name, "fixed", parent, &part.name));
         return;
@@ -216,6 +216,10 @@ fn joints(model: &mut Element, parent: &str, part: &Part, hold: &Attachment, twi
         let known = twin.twin.joints().find(|j| j.name == hold.joint);
         let said = known.map(doubts::of_joint).unwrap_or_default();
         said.iter().filter_map(Doubt::comment).for_each(|c| moving.comment(c));
+        if let Some((leader, ratio)) = scene.leader(&motion.name) {
+            let mimic = Element::new("drake:mimic").with("joint", leader);
+            moving.push(mimic.with("multiplier", number(ratio)).with("offset", "0"));
+        }
         model.push(moving);
         above.clone_from(below);
     }

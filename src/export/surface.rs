@@ -23,6 +23,8 @@ pub(super) struct Surface {
     pub(super) restitution: Option<f64>,
     /// Stiffness, N/m, and damping, N·s/m, where it was pressed.
     pub(super) compliance: Option<(f64, Option<f64>)>,
+    /// How far the support gives under it, m/N, where that was seen; the stiffness holds it too.
+    pub(super) sinks: Option<f64>,
 }
 
 /// What `link`, of the exported `mass` (kg) under `gravity` (m/s²), shows to whatever touches it.
@@ -46,6 +48,7 @@ pub(super) fn surface_of(link: &Link, mass: f64, gravity: f64) -> Surface {
         compliance: value(&link.stiffness)
             .filter(|k| *k > 0.0)
             .map(|k| (k, value(&link.damping))),
+        sinks: None,
     }
 }
 

@@ -2,7 +2,11 @@
 
 use super::ExportNote;
 use super::scene::{Attachment, Part, Scene};
-use crate::twin::{JointKind, Model, RelationKind};
+use crate::base::Estimate;
+use crate::twin::{Effect, Joint, JointKind, Model, RelationKind};
+
+/// The cause of a support that gives, which a contact of MJCF can say.
+pub(super) const SINKING: &str = "support-compliance";
 
 /// A note for everything that is lost on the way into a format.
 pub(super) fn unsayable(scene: &Scene, model: &Model) -> Vec<ExportNote> {
@@ -16,12 +20,15 @@ pub(super) fn unsayable(scene: &Scene, model: &Model) -> Vec<ExportNote> {
         }
         if let Some(hold) = &part.attachment {
             notes.extend(of_joint(hold));
+            let known = model.twin.joints().find(|j| j.name == hold.joint);
+            notes.extend(known.map(of_effects).unwrap_or_default());
         }
         if id.part == 0 && scene.trees[id.tree].anchored {
             let words = "held to the world: load it with a fixed base, a URDF cannot say so";
             notes.push(ExportNote::new("urdf", about, words));
         }
     }
+    notes.extend(model.twin.effects.iter().flat_map(of_effect));
     for relation in &model.twin.relations {
         if let Some(force) = relation
             .breakaway
@@ -132,4 +139,91 @@ fn of_joint(hold: &Attachment) -> Vec<ExportNote> {
         }
     }
     notes
+}
+
+/// A number with its unit and interval.
+fn told(e: &Estimate) -> String {
+    let unit = if e.unit == "1" {
+        String::new()
+    } else {
+        format!(" {}", e.unit)
+    };
+    let within = e.ci95.map(|c| c.map(short));
+    let within = within.map(|[low, high]| format!(" (95 % within [{low}, {high}])"));
+    format!("{}{unit}{}", short(e.value), within.unwrap_or_default())
+}
+
+/// To four significant digits.
+fn short(v: f64) -> f64 {
+    let scale = 10f64.powi(3 - v.abs().max(1e-300).log10().floor() as i32);
+    if scale.is_finite() && v != 0.0 {
+        (v * scale).round() / scale
+    } else {
+        v
+    }
+}
+
+/// What a joint does that only some formats can say, or none.
+fn of_effects(joint: &Joint) -> Vec<ExportNote> {
+    let mut notes = Vec::new();
+    let mut say = |format: &str, words: String| notes.push(ExportNote::new(format, &joint.name, words));
+    let effects = &joint.effects;
+    if let Some(excess) = &effects.static_excess {
+        let words = format!(
+            "to set it going takes {} more than to keep it going: left out",
+            told(excess)
+        );
+        say("all", words);
+    }
+    for detent in &effects.detents {
+        let words = format!(
+            "{} at {} that draws back with up to {}, most of it {} away: left out",
+            if detent.latch { "a latch" } else { "a notch" },
+            told(&detent.position),
+            told(&detent.load),
+            told(&detent.reach)
+        );
+        say("all", words);
+    }
+    if let Some(play) = &effects.backlash {
+        let words = format!(
+            "a play of {} to either side: left out, it turns without any",
+            told(play)
+        );
+        say("all", words);
+    }
+    if let Some(coupling) = &effects.coupling {
+        let words = format!("follows {} by {}", coupling.leader, told(&coupling.ratio));
+        say("gltf", format!("{words}: left out; it is in the extras"));
+        say("usd", format!("{words}: left out; the ratio is in customData"));
+        say("urdf", format!("{words}: a mimic joint, which PyBullet does not read"));
+        say("sdf", format!("{words}: said in a tag of Drake"));
+    }
+    notes
+}
+
+/// What no number of the twin holds: each is said beside the plain law, not beside numbers that may stand in for it.
+fn of_effect(effect: &Effect) -> Vec<ExportNote> {
+    let numbers: Vec<String> = effect
+        .parameters
+        .iter()
+        .map(|(name, e)| format!("{name} {}", told(e)))
+        .collect();
+    let found = format!(
+        "{} was found (probability {:.2}; {})",
+        effect.cause,
+        effect.probability,
+        numbers.join(", ")
+    );
+    let note = |format: &str, words: &str| ExportNote::new(format, &effect.place, format!("{found}: {words}"));
+    match effect.cause.as_str() {
+        SINKING => {
+            let words = "contacts of what was pressed with the table give that much, those of other things do not";
+            let mut notes = vec![note("mjcf", words)];
+            notes.extend(["urdf", "gltf", "sdf", "usd"].map(|f| note(f, "left out")));
+            notes
+        }
+        "force-gain" => vec![note("all", "forces are as the sensor read them")],
+        _ => vec![note("all", "left out")],
+    }
 }

@@ -29,7 +29,7 @@ const TABLE_MASS: f64 = 100.0;
 /// The robot of one body; `meshes` leads from the file's folder to the twin's.
 pub(super) fn of_tree(scene: &Scene, model: &Model, tree: &Tree, meshes: &str) -> String {
     let mut robot = open(scene, &tree.name);
-    add_tree(&mut robot, model, tree, meshes);
+    add_tree(&mut robot, (scene, model), tree, meshes);
     robot.document()
 }
 
@@ -42,7 +42,7 @@ pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
     robot.push(table(scene.floor.as_ref()));
     for (i, tree) in scene.trees.iter().enumerate() {
         hold_root(&mut robot, scene, i);
-        add_tree(&mut robot, model, tree, "");
+        add_tree(&mut robot, (scene, model), tree, "");
     }
     robot.document()
 }
@@ -64,7 +64,7 @@ fn open(scene: &Scene, name: &str) -> Element {
 }
 
 /// A tree with the interval of each of its numbers as a comment before what it is of.
-fn add_tree(robot: &mut Element, model: &Model, tree: &Tree, meshes: &str) {
+fn add_tree(robot: &mut Element, (scene, model): (&Scene, &Model), tree: &Tree, meshes: &str) {
     for part in &tree.parts {
         if let Some(hold) = &part.attachment {
             let known = model.twin.joints().find(|j| j.name == hold.joint);
@@ -72,7 +72,7 @@ fn add_tree(robot: &mut Element, model: &Model, tree: &Tree, meshes: &str) {
             said.iter()
                 .filter_map(Doubt::comment)
                 .for_each(|c| robot.comment(format!("{}: {c}", hold.name)));
-            add_joints(robot, tree, part, hold);
+            add_joints(robot, scene, (tree, part), hold);
         }
         let said = model.twin.link(&part.link).map(doubts::of_link).unwrap_or_default();
         said.iter()
@@ -155,16 +155,28 @@ fn carrier(name: &str) -> Element {
 }
 
 /// The joints of one attachment, with a carrier link between each two.
-fn add_joints(robot: &mut Element, tree: &Tree, part: &Part, hold: &Attachment) {
+fn add_joints(robot: &mut Element, scene: &Scene, (tree, part): (&Tree, &Part), hold: &Attachment) {
     let parent = &tree.parts[hold.parent].name;
     if hold.motions.is_empty() {
         robot.push(joint(&hold.name, "fixed", [parent, &part.name], &hold.parent_from_part));
         return;
     }
-    chain(robot, parent, &part.name, &hold.parent_from_part, &hold.motions);
+    chain(
+        robot,
+        scene,
+        [parent, &part.name],
+        &hold.parent_from_part,
+        &hold.motions,
+    );
 }
 
-fn chain(robot: &mut Element, parent: &str, child: &str, parent_from_child: &Isometry3<f64>, motions: &[Motion]) {
+fn chain(
+    robot: &mut Element,
+    scene: &Scene,
+    [parent, child]: [&str; 2],
+    parent_from_child: &Isometry3<f64>,
+    motions: &[Motion],
+) {
     let mut above = parent.to_string();
     for (i, (motion, below)) in motions.iter().zip(of_carriers(child, motions.len())).enumerate() {
         let last = i + 1 == motions.len();
@@ -176,7 +188,12 @@ fn chain(robot: &mut Element, parent: &str, child: &str, parent_from_child: &Iso
         } else {
             Isometry3::identity()
         };
-        robot.push(moving(motion, [&above, &below], &place));
+        let mut joint = moving(motion, [&above, &below], &place);
+        if let Some((leader, ratio)) = scene.leader(&motion.name) {
+            let mimic = Element::new("mimic").with("joint", leader);
+            joint.push(mimic.with("multiplier", number(ratio)).with("offset", "0"));
+        }
+        robot.push(joint);
         above = below;
     }
 }
@@ -278,7 +295,10 @@ fn hold_root(robot: &mut Element, scene: &Scene, index: usize) {
             robot.push(joint(&name, "fixed", [&part.name, &root.name], &place));
         }
         None if nailed => robot.push(joint(&name, "fixed", [TABLE, &root.name], &root.world_from_part)),
-        None => chain(robot, TABLE, &root.name, &root.world_from_part, &floating(&root.name)),
+        None => {
+            let six = floating(&root.name);
+            chain(robot, scene, [TABLE, &root.name], &root.world_from_part, &six);
+        }
     }
 }
 

@@ -269,6 +269,11 @@ fn draw_joint(draws: &Draws, joint: &mut Joint) {
     ] {
         draws.scalar(&of(quantity), estimate, sign);
     }
+    if let Some(coupling) = &mut joint.effects.coupling {
+        let mut ratio = Some(coupling.ratio.clone());
+        draws.scalar(&of("coupling"), &mut ratio, Sign::Any);
+        coupling.ratio = ratio.unwrap_or_else(|| coupling.ratio.clone());
+    }
 }
 
 fn listed(model: &Model, seed: Seed, index: usize) -> Drawn {

@@ -85,6 +85,7 @@ pub fn model(capture: &Capture, shapes: Shapes, options: &Options) -> Model {
             options: options.record(),
             ..Provenance::default()
         },
+        effects: Vec::new(),
         notices: Vec::new(),
     };
     Model { twin, meshes, textures }
@@ -242,6 +243,7 @@ pub fn weld(model: &mut Model) {
                 stiffness: None,
                 rest: None,
                 effort: None,
+                effects: crate::twin::JointEffects::default(),
                 lateral: None,
             },
         );

@@ -1,5 +1,6 @@
 //! The method itself, a verb a line.
 
+use super::extend::extend;
 use super::symmetries::Symmetries;
 use super::{Options, Pass, assemble};
 use crate::base::{Notices, Progress, Result, Stopwatch};
@@ -94,6 +95,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     } = diagnosed;
     diagnosis.experiments.extend(assemble::open_arcs(capture, &model));
     assemble::lean(&mut model, &diagnosis);
+    extend(&mut model, &diagnosis);
     Ok(Run {
         model,
         diagnosis,

@@ -5,6 +5,7 @@ mod build;
 mod calibrate;
 mod diagnose;
 mod explore;
+mod extend;
 mod options;
 mod pass;
 mod symmetries;

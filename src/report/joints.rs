@@ -116,6 +116,25 @@ fn rows(joint: &Joint) -> String {
             out.push_str(&scalar(name, e));
         }
     }
+    let effects = &joint.effects;
+    if let Some(excess) = &effects.static_excess {
+        out.push_str(&scalar("Static friction over the dry", excess));
+    }
+    for detent in &effects.detents {
+        let name = if detent.latch { "Latch" } else { "Notch" };
+        out.push_str(&scalar(&format!("{name} at"), &detent.position));
+        out.push_str(&scalar(&format!("{name} draws back with up to"), &detent.load));
+        out.push_str(&scalar(&format!("{name} draws most at a distance of"), &detent.reach));
+    }
+    if let Some(play) = &effects.backlash {
+        out.push_str(&scalar("Play, to either side", play));
+    }
+    if let Some(coupling) = &effects.coupling {
+        out.push_str(&scalar(
+            &format!("Follows {}, by", escape(&coupling.leader)),
+            &coupling.ratio,
+        ));
+    }
     if let Some(latch) = joint.effort.as_ref().and_then(|e| e.latch.as_ref()) {
         out.push_str(&scalar("Latch, over the way after it", &latch.excess));
         out.push_str(&scalar("The same at the hand", &latch.force));

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::JointEffects;
 use crate::base::Estimate;
 
 /// The kind of a joint.
@@ -96,9 +97,19 @@ pub struct Joint {
     /// What it took to move it, by position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effort: Option<JointEffort>,
+    /// What it does beyond that, as the diagnosis found it.
+    #[serde(default, skip_serializing_if = "JointEffects::is_empty")]
+    pub effects: JointEffects,
     /// Standard deviation of the place of the axis across itself, m, for the passes that follow; it is not written.
     #[serde(skip)]
     pub lateral: Option<f64>,
+}
+
+impl Joint {
+    /// Whether its position is an angle.
+    pub fn axis_turns(&self) -> bool {
+        !matches!(self.kind, JointKind::Fixed | JointKind::Prismatic)
+    }
 }
 
 /// What it took to move a joint the way it was moved, by position: friction, weight, springs and latches together.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, Joint, Link, Relation};
+use super::{Body, Effect, Joint, Link, Relation};
 use crate::base::{Estimate, Notice};
 use crate::geometry::{Mesh, Texture};
 
@@ -30,6 +30,9 @@ pub struct Twin {
     pub bodies: Vec<Body>,
     /// The relational-constraint graph.
     pub relations: Vec<Relation>,
+    /// Departures from the plain laws that no other field holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<Effect>,
     /// How this was made.
     pub provenance: Provenance,
     /// Doubts that came up while it was made.

@@ -28,6 +28,15 @@ impl Twin {
         for body in &self.bodies {
             body.sanity_check()?;
         }
+        for joint in self.joints() {
+            if let Some(coupling) = &joint.effects.coupling {
+                let leader = self.joints().any(|j| j.name == coupling.leader && j.name != joint.name);
+                require(leader, &joint.name, || {
+                    format!("it follows {}, which is no other joint", coupling.leader)
+                })?;
+                finite(&format!("{}.coupling", joint.name), &[coupling.ratio.value])?;
+            }
+        }
         for (i, relation) in self.relations.iter().enumerate() {
             self.relation(&format!("relations[{i}]"), relation)?;
         }
@@ -331,6 +340,7 @@ mod tests {
                 breakaway: None,
             }],
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         }
     }

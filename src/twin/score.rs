@@ -266,6 +266,7 @@ mod tests {
             stiffness: None,
             rest: None,
             effort: None,
+            effects: crate::twin::JointEffects::default(),
             lateral: None,
         };
         let body = Body {
@@ -281,6 +282,7 @@ mod tests {
             bodies: vec![body],
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         };
         let meshes = BTreeMap::from([("meshes/base.obj".to_string(), cube(0.102))]);

@@ -241,6 +241,7 @@ mod tests {
             stiffness: None,
             rest: None,
             effort: None,
+            effects: crate::twin::JointEffects::default(),
             lateral: None,
         }
     }

@@ -74,6 +74,7 @@ pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: 
         stiffness: None,
         rest: None,
         effort: None,
+        effects: crate::twin::JointEffects::default(),
         lateral,
     }
 }

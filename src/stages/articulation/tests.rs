@@ -111,6 +111,7 @@ fn nothing_seen() -> Model {
             bodies: Vec::new(),
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         },
         meshes: BTreeMap::new(),

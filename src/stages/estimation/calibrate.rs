@@ -26,6 +26,7 @@ pub fn calibrate_friction(
         bodies: Vec::new(),
         relations: Vec::new(),
         provenance: Default::default(),
+        effects: Vec::new(),
         notices: Vec::new(),
     };
     let ground = ground_of(capture, &empty);

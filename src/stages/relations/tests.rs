@@ -94,6 +94,7 @@ fn model(shift_of_top: [f64; 3]) -> Model {
             bodies: bodies.into(),
             relations: Vec::new(),
             provenance: Provenance::default(),
+            effects: Vec::new(),
             notices: Vec::new(),
         },
         meshes,

@@ -1,0 +1,192 @@
+//! The extended model: what the diagnosis found of the world, written into the twin, which the exports are made from.
+
+use std::collections::BTreeMap;
+
+use crate::base::{Estimate, Status};
+use crate::twin::{Coupling, Detent, Diagnosis, Effect, Finding, Joint, Link, Model, RelationKind, Twin};
+
+/// Causes that lie in how something was measured and touched, not in what was.
+const OF_THE_RIG: [&str; 16] = [
+    "contact-law",
+    "contact-point-offset",
+    "length-scale",
+    "lever-arm",
+    "force-bias",
+    "force-bias-world",
+    "force-drift",
+    "force-crosstalk",
+    "force-saturation",
+    "time-delay",
+    "sensor-lag",
+    "clock-drift",
+    "tracking-error",
+    "quantisation",
+    "outliers",
+    "presliding",
+];
+/// The largest draw of a notch of amplitude 1, `exp(-1/2)`; it lies at the notch's width.
+const DRAW: f64 = 0.606_530_66;
+
+/// Writes every finding that is more likely than not into the twin, unless one of its numbers holds it already.
+pub fn extend(model: &mut Model, diagnosis: &Diagnosis) {
+    let sure = diagnosis.findings.iter().filter(|f| f.probability > 0.5);
+    for finding in sure.filter(|f| !OF_THE_RIG.contains(&f.cause.as_str())) {
+        if !of_joint(&mut model.twin, finding) && !held(&model.twin, finding) {
+            model.twin.effects.push(Effect {
+                cause: finding.cause.clone(),
+                place: finding.place.clone(),
+                probability: finding.probability,
+                parameters: finding.parameters.clone(),
+            });
+        }
+    }
+}
+
+/// Whether a joint has a place for it, and was given it.
+fn of_joint(twin: &mut Twin, finding: &Finding) -> bool {
+    let leader = (finding.cause == "joint-coupling")
+        .then(|| leader_of(twin, finding))
+        .flatten();
+    let mut joints = twin.bodies.iter_mut().flat_map(|b| &mut b.joints);
+    let Some(joint) = joints.find(|j| j.name == finding.place) else {
+        return false;
+    };
+    let turns = joint.axis_turns();
+    let of = |name: &str| finding.parameters.get(name).cloned();
+    match finding.cause.as_str() {
+        "joint-stiction" => {
+            let share = of("fs_over_fc").zip(joint.friction.as_ref());
+            joint.effects.static_excess = share.map(|(share, friction)| product(&share, friction));
+            joint.effects.static_excess.is_some()
+        }
+        "detent" | "latch" => {
+            let detent = detent_of(&finding.parameters, finding.cause == "latch", turns);
+            joint.effects.detents.extend(detent.clone());
+            detent.is_some()
+        }
+        "joint-coupling" => {
+            joint.effects.coupling = of("rho").zip(leader).map(|(ratio, leader)| Coupling { leader, ratio });
+            joint.effects.coupling.is_some()
+        }
+        "backlash" => {
+            joint.effects.backlash = of("b");
+            joint.effects.backlash.is_some()
+        }
+        _ => false,
+    }
+}
+
+/// The joint that a follower follows: the other one of its parent, or the one that the evidence names where there are several.
+fn leader_of(twin: &Twin, finding: &Finding) -> Option<String> {
+    let own = twin.joints().find(|j| j.name == finding.place)?;
+    let others: Vec<&Joint> = twin
+        .joints()
+        .filter(|j| j.parent == own.parent && j.name != own.name)
+        .collect();
+    let named = |j: &&&Joint| {
+        let mut words = finding.evidence.iter().flat_map(|e| e.words.split_whitespace());
+        words.any(|w| w == j.name)
+    };
+    let leader = match others.as_slice() {
+        [only] => Some(only),
+        several => several.iter().find(named),
+    };
+    leader.map(|j| j.name.clone())
+}
+
+fn detent_of(parameters: &BTreeMap<String, Estimate>, latch: bool, turns: bool) -> Option<Detent> {
+    let of = |name: &str| parameters.get(name).cloned();
+    let mut load = scaled(&of("A")?, DRAW);
+    load.unit = if turns { "N·m" } else { "N" }.into();
+    Some(Detent {
+        latch,
+        position: of("qd")?,
+        load,
+        reach: of("w")?,
+    })
+}
+
+fn scaled(e: &Estimate, factor: f64) -> Estimate {
+    Estimate {
+        value: e.value * factor,
+        sd: e.sd.map(|s| s * factor),
+        ci95: e.ci95.map(|c| c.map(|v| v * factor)),
+        ..e.clone()
+    }
+}
+
+/// A share of a quantity, with the doubts of both: ends of the interval by their relative distances, added in squares.
+fn product(share: &Estimate, whole: &Estimate) -> Estimate {
+    let value = share.value * whole.value;
+    let relative = |e: &Estimate, off: f64| off.abs() / e.value.abs().max(1e-12);
+    let end = |k: usize| {
+        let off = |e: &Estimate| relative(e, e.ci95.map_or(0.0, |c| c[k] - e.value));
+        off(share).hypot(off(whole)) * value.abs()
+    };
+    let sd = |e: &Estimate| relative(e, e.sd.unwrap_or(0.0));
+    let doubt = sd(share).hypot(sd(whole)) * value.abs();
+    let mut out = Estimate::measured(value, doubt, &whole.unit, share.from.clone(), &share.method);
+    out = out.with_interval([(value - end(0)).max(0.0), value + end(1)]);
+    if whole.status == Status::Assumed {
+        out.status = Status::Assumed;
+    }
+    out
+}
+
+/// Whether a number of the twin holds it.
+fn held(twin: &Twin, finding: &Finding) -> bool {
+    let joint = |of: fn(&Joint) -> bool| twin.joints().any(|j| j.name == finding.place && of(j));
+    let link = |of: fn(&Link) -> bool| twin.link(&finding.place).is_some_and(of);
+    match finding.cause.as_str() {
+        "com-offset" => link(|l| l.com.is_some()),
+        "yaw-inertia" => link(|l| l.inertia.is_some()),
+        "nonuniform-density" => link(|l| l.com.is_some() && l.inertia.is_some()),
+        "uneven-support-pressure" => link(|l| l.friction.torsional_radius.is_some()),
+        "rolling-resistance" => link(|l| l.friction.rolling.is_some()),
+        "elastic-damping" => link(|l| l.damping.is_some()),
+        "joint-damping" => joint(|j| j.damping.is_some()),
+        "joint-spring" => joint(|j| j.stiffness.is_some()),
+        "support-tilt" | "gravity-error" => twin.support.as_ref().is_some_and(|s| s.gravity.is_some()),
+        "breakaway-bond" => twin.relations.iter().any(|r| {
+            let about = [&r.a, &r.b].into_iter().any(|n| *n == finding.place);
+            r.kind == RelationKind::Fixed && r.breakaway.is_some() && about
+        }),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(value: f64, interval: [f64; 2], unit: &str) -> Estimate {
+        let sd = (interval[1] - interval[0]) / 3.92;
+        Estimate::measured(value, sd, unit, vec!["pull".into()], "test").with_interval(interval)
+    }
+
+    #[test]
+    fn a_share_of_a_doubtful_quantity_has_the_doubts_of_both() {
+        let excess = product(&estimate(0.5, [0.3, 0.8], "1"), &estimate(2.0, [1.8, 2.2], "N·m"));
+        let [low, high] = excess.ci95.expect("an interval");
+        assert!((excess.value - 1.0).abs() < 1e-12 && excess.unit == "N·m");
+        assert!((low - (1.0 - 0.4f64.hypot(0.1))).abs() < 1e-9, "{low}");
+        assert!((high - (1.0 + 0.6f64.hypot(0.1))).abs() < 1e-9, "{high}");
+    }
+
+    #[test]
+    fn a_notch_is_told_by_its_largest_draw() {
+        let parameters = [
+            ("A", estimate(0.2, [0.18, 0.22], "N·m")),
+            ("qd", estimate(0.3, [0.29, 0.31], "rad")),
+            ("w", estimate(0.06, [0.05, 0.07], "rad")),
+        ];
+        let named = parameters.map(|(name, e)| (name.to_owned(), e));
+        let detent = detent_of(&BTreeMap::from(named), false, true).expect("a detent");
+        // A s exp(-s²/2) is largest at s = 1.
+        let largest = (0..4000)
+            .map(|i| 1e-3 * f64::from(i))
+            .map(|s| 0.2 * s * (-0.5 * s * s).exp());
+        assert!((detent.load.value - largest.fold(0.0, f64::max)).abs() < 1e-6);
+        assert!((detent.reach.value - 0.06).abs() < 1e-12 && !detent.latch);
+    }
+}

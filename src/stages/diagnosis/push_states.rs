@@ -8,7 +8,7 @@ use super::predict::Scene;
 use super::push_motion::{Motion, impact, rise};
 use super::push_ringing::{self, Ringing};
 use crate::capture::Interaction;
-use crate::math::median;
+use crate::math::{interpolate, median};
 use crate::stages::estimation::{action_of, replay_push, travel_direction};
 
 /// Seconds of one sample.
@@ -232,6 +232,7 @@ fn moments(
     let top = motion.speed.iter().copied().fold(0.0, f64::max);
     let moves: Vec<f64> = motion.speed.iter().copied().filter(|v| *v > 0.05 * top).collect();
     let usual = median(&moves).unwrap_or(top);
+    let tool = tool_speed(interaction, plane, along);
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     for (t, f) in time.iter().zip(force) {
@@ -241,7 +242,7 @@ fn moments(
             slip += moment.speed * (t - before).max(0.0);
             before = *t;
         }
-        let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual;
+        let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual && tool(*t) < STEADY * usual;
         let contact = within && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
         let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
@@ -359,6 +360,27 @@ fn windows(
         from = to;
     }
     out
+}
+
+/// Speed of the tool along a push, m/s, at any time: where the tool is fast and the body of the model slow, their contact is not
+/// where it was thought to be.
+fn tool_speed(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Vector2<f64>) -> impl Fn(f64) -> f64 {
+    let way = plane[0] * along.x + plane[1] * along.y;
+    let (time, places): (Vec<f64>, Vec<f64>) = interaction
+        .tool_path
+        .iter()
+        .flat_map(|path| {
+            path.time
+                .iter()
+                .copied()
+                .zip(path.position.iter().map(|p| p.coords.dot(&way)))
+        })
+        .unzip();
+    move |t| {
+        let at = |t: f64| interpolate(&time, &places, t);
+        let ends = at(t + BIN).zip(at(t - BIN));
+        ends.map_or(f64::INFINITY, |(b, a)| (b - a).abs() / (2.0 * BIN))
+    }
 }
 
 fn tool_turn(interaction: &Interaction, t: f64) -> UnitQuaternion<f64> {

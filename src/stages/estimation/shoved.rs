@@ -68,9 +68,11 @@ pub(super) fn shoved(
     shape: &Shape,
     face: Option<&Face>,
     config: &Config,
-) -> Option<(Accelerated, Option<Spun>)> {
-    let Told { whole, spun, .. } = shoved_on(interaction, segmented, link, ground, shape, face, config, LATE)?;
-    (whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0).then_some((whole, spun))
+) -> Option<(Accelerated, Option<Spun>, Vec<Basin>)> {
+    let told = shoved_on(interaction, segmented, link, ground, shape, face, config, LATE)?;
+    let whole = &told.whole;
+    let worth = whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0;
+    worth.then_some((told.whole, told.spun, told.basins))
 }
 
 /// What one push says.
@@ -78,6 +80,7 @@ struct Told {
     whole: Accelerated,
     spun: Option<Spun>,
     delay: (f64, f64),
+    basins: Vec<Basin>,
 }
 
 /// The same, however little they show, and how much later than the track the force is read, s, with its standard deviation; it
@@ -111,7 +114,7 @@ fn shoved_on(
     late: f64,
 ) -> Option<Told> {
     let run = run_of(interaction, segmented, link, ground, shape, face)?;
-    let fit = fit(&run, shape, late)?;
+    let (fit, basins) = fit(&run, shape, late)?;
     let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
     let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
@@ -142,6 +145,7 @@ fn shoved_on(
         whole,
         spun,
         delay: (fit.x[6], fit.sd(6) * wide),
+        basins,
     })
 }
 
@@ -243,7 +247,7 @@ fn after_blows(stream: &WrenchStream, tare: &Tare, plane: &Plane, onset: f64) ->
 
 /// Logarithms of mass and friction force, centre of mass off the centroid (m), logarithms of the radii over those of the
 /// shape, and how much later than the track the force is, s.
-fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
+fn fit(run: &Run, shape: &Shape, late: f64) -> Option<(Fit, Vec<Basin>)> {
     let sizes: Vec<f64> = run.shoves.iter().map(|s| s.force.norm()).collect();
     let strong = quantile(&sizes, 0.95)?;
     let typical = median(&sizes.into_iter().filter(|f| *f > 0.1 * strong).collect::<Vec<_>>()).filter(|f| *f > 0.0)?;
@@ -258,6 +262,7 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
             height: shape.height,
             gravity: run.gravity,
             surface: shape.surface.as_deref().map(|s| (s, run.aligned)),
+            off,
         };
         let start = PlaneMotion {
             position: Vector2::new(x[LAW], x[LAW + 1]),
@@ -309,7 +314,84 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
         start.rows_mut(LAW, 6).copy_from_slice(&motion);
         levenberg_marquardt(&start, &steps, settings(FIRST), residuals)
     });
-    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    let best = levenberg_marquardt(&best.x, &steps, settings(40), residuals)?;
-    best.x.iter().all(|v| v.is_finite()).then_some(best)
+    let mut fits: Vec<Fit> = fits.collect();
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = levenberg_marquardt(&fits.first()?.x, &steps, settings(40), residuals)?;
+    if !best.x.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    // A start that is elsewhere still may only be slow.
+    let others = fits.iter().skip(1).map(|other| match apart(&best, other) {
+        true => levenberg_marquardt(&other.x, &steps, settings(FIRST), residuals).unwrap_or_else(|| other.clone()),
+        false => best.clone(),
+    });
+    let all: Vec<Fit> = std::iter::once(best.clone()).chain(others).collect();
+    Some((best, basins_of(&all)))
+}
+
+/// Where starts of a fit ended that lie together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Basin {
+    /// kg.
+    pub mass: f64,
+    /// N.
+    pub friction: f64,
+    pub starts: usize,
+    /// Misfit over that of the best basin.
+    pub misfit: f64,
+}
+
+/// Mass or friction of two fits differ by more than this factor, as a logarithm.
+const APART: f64 = 0.05;
+
+fn apart(a: &Fit, b: &Fit) -> bool {
+    (0..2).any(|k| (a.x[k] - b.x[k]).abs() > APART)
+}
+
+/// The basins that the fits ended in, the best (the first fit's) first.
+fn basins_of(fits: &[Fit]) -> Vec<Basin> {
+    let mut found: Vec<(&Fit, usize)> = Vec::new();
+    for fit in fits {
+        match found.iter_mut().find(|(f, _)| !apart(f, fit)) {
+            Some((_, starts)) => *starts += 1,
+            None => found.push((fit, 1)),
+        }
+    }
+    let least = fits.first().map_or(1.0, |f| f.cost.max(1e-12));
+    let basin = |(fit, starts): (&Fit, usize)| Basin {
+        mass: fit.x[0].exp(),
+        friction: fit.x[1].exp(),
+        starts,
+        misfit: fit.cost / least,
+    };
+    found.into_iter().map(basin).collect()
+}
+
+/// What became of the starts of the fits of fast pushes, in words; nothing where there were none.
+pub(super) fn told_of_basins(pushes: &[(String, Vec<Basin>)]) -> Option<String> {
+    let of = pushes
+        .iter()
+        .map(|(_, b)| b.iter().map(|b| b.starts).sum::<usize>())
+        .max()?;
+    let several: Vec<String> = pushes
+        .iter()
+        .filter(|(_, basins)| basins.len() > 1)
+        .map(|(name, basins)| {
+            let each = basins.iter().map(|b| {
+                let (s, m, f) = (b.starts, b.mass, b.friction);
+                format!("{m:.3} kg and {f:.2} N from {s}, misfit {:.3} of the least", b.misfit)
+            });
+            format!("`{name}`: {}", each.collect::<Vec<_>>().join("; "))
+        })
+        .collect();
+    let n = pushes.len();
+    Some(if several.is_empty() {
+        format!("fast pushes were fitted from {of} starts each: one basin in each of {n}")
+    } else {
+        let words = several.join(". ");
+        format!(
+            "fast pushes were fitted from {of} starts each: more than one basin in {} of {n}, the first is taken. {words}",
+            several.len()
+        )
+    })
 }

@@ -6,12 +6,13 @@ use nalgebra::{Point3, Vector3};
 
 use super::Config;
 use super::accelerate::{Accelerated, accelerated};
+use super::basins::Basin;
 use super::coast::{Coast, Shape, coast_of};
 use super::face::Face;
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
 use super::push::{Plane, Push, read_push_on};
-use super::shoved::{Basin, shoved};
+use super::shoved::shoved;
 use super::spin::Spun;
 use super::tilt::{Slide, slide_of};
 use crate::base::Notices;

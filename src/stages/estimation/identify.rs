@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Config;
+use super::basins::told_of_basins;
 use super::body::{fill_inertial, write_centre, write_presses};
 use super::chain::fit_chains;
 use super::coast::Shape;
@@ -16,7 +17,6 @@ use super::materials::{MaterialFriction, material_friction};
 use super::push::Plane;
 use super::resolve::{Before, conclude};
 use super::share::share_out;
-use super::shoved::told_of_basins;
 use super::solid::{Solid, solid_of};
 use super::toss::identify_tosses;
 use crate::base::{Notices, Result};

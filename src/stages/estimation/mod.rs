@@ -2,6 +2,7 @@
 
 mod accelerate;
 mod action;
+mod basins;
 mod body;
 mod calibrate;
 mod chain;

@@ -11,6 +11,7 @@ use nalgebra::{DVector, Matrix5, UnitQuaternion, Vector2, Vector3, Vector5};
 use super::Config;
 use super::accelerate::Accelerated;
 use super::action::rest_pose;
+use super::basins::{Basin, apart, basins_of};
 use super::coast::Shape;
 use super::evidence::{Tare, mean_wrench, tare_of, tool_at};
 use super::face::Face;
@@ -314,84 +315,22 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<(Fit, Vec<Basin>)> {
         start.rows_mut(LAW, 6).copy_from_slice(&motion);
         levenberg_marquardt(&start, &steps, settings(FIRST), residuals)
     });
-    let mut fits: Vec<Fit> = fits.collect();
+    let again = |from: &Fit, iterations: usize| levenberg_marquardt(&from.x, &steps, settings(iterations), residuals);
+    polished(fits.collect(), again)
+}
+
+/// The best of what several starts came to, fitted to the end, and the basins that they are in.
+fn polished(mut fits: Vec<Fit>, again: impl Fn(&Fit, usize) -> Option<Fit>) -> Option<(Fit, Vec<Basin>)> {
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let best = levenberg_marquardt(&fits.first()?.x, &steps, settings(40), residuals)?;
+    let best = again(fits.first()?, 40)?;
     if !best.x.iter().all(|v| v.is_finite()) {
         return None;
     }
     // A start that is elsewhere still may only be slow.
     let others = fits.iter().skip(1).map(|other| match apart(&best, other) {
-        true => levenberg_marquardt(&other.x, &steps, settings(FIRST), residuals).unwrap_or_else(|| other.clone()),
+        true => again(other, FIRST).unwrap_or_else(|| other.clone()),
         false => best.clone(),
     });
     let all: Vec<Fit> = std::iter::once(best.clone()).chain(others).collect();
     Some((best, basins_of(&all)))
-}
-
-/// Where starts of a fit ended that lie together.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Basin {
-    /// kg.
-    pub mass: f64,
-    /// N.
-    pub friction: f64,
-    pub starts: usize,
-    /// Misfit over that of the best basin.
-    pub misfit: f64,
-}
-
-/// Mass or friction of two fits differ by more than this factor, as a logarithm.
-const APART: f64 = 0.05;
-
-fn apart(a: &Fit, b: &Fit) -> bool {
-    (0..2).any(|k| (a.x[k] - b.x[k]).abs() > APART)
-}
-
-/// The basins that the fits ended in, the best (the first fit's) first.
-fn basins_of(fits: &[Fit]) -> Vec<Basin> {
-    let mut found: Vec<(&Fit, usize)> = Vec::new();
-    for fit in fits {
-        match found.iter_mut().find(|(f, _)| !apart(f, fit)) {
-            Some((_, starts)) => *starts += 1,
-            None => found.push((fit, 1)),
-        }
-    }
-    let least = fits.first().map_or(1.0, |f| f.cost.max(1e-12));
-    let basin = |(fit, starts): (&Fit, usize)| Basin {
-        mass: fit.x[0].exp(),
-        friction: fit.x[1].exp(),
-        starts,
-        misfit: fit.cost / least,
-    };
-    found.into_iter().map(basin).collect()
-}
-
-/// What became of the starts of the fits of fast pushes, in words; nothing where there were none.
-pub(super) fn told_of_basins(pushes: &[(String, Vec<Basin>)]) -> Option<String> {
-    let of = pushes
-        .iter()
-        .map(|(_, b)| b.iter().map(|b| b.starts).sum::<usize>())
-        .max()?;
-    let several: Vec<String> = pushes
-        .iter()
-        .filter(|(_, basins)| basins.len() > 1)
-        .map(|(name, basins)| {
-            let each = basins.iter().map(|b| {
-                let (s, m, f) = (b.starts, b.mass, b.friction);
-                format!("{m:.3} kg and {f:.2} N from {s}, misfit {:.3} of the least", b.misfit)
-            });
-            format!("`{name}`: {}", each.collect::<Vec<_>>().join("; "))
-        })
-        .collect();
-    let n = pushes.len();
-    Some(if several.is_empty() {
-        format!("fast pushes were fitted from {of} starts each: one basin in each of {n}")
-    } else {
-        let words = several.join(". ");
-        format!(
-            "fast pushes were fitted from {of} starts each: more than one basin in {} of {n}, the first is taken. {words}",
-            several.len()
-        )
-    })
 }

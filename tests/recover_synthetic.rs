@@ -13,7 +13,9 @@ use palpate::capture::{
     BodyPrior, Capture, Interaction, Kind, Noise, PoseStream, Support, Tool, ToolShape, VectorStream, WrenchStream,
 };
 use palpate::geometry::Mesh;
-use palpate::stages::estimation::{Config, ForceScale, calibrate_force, calibrate_friction, identify};
+use palpate::stages::estimation::{
+    Config, ForceScale, calibrate_force, calibrate_friction, identify, materials_from_toml,
+};
 use palpate::stages::interaction;
 use palpate::twin::{Body, FORMAT, Link, Model, Provenance, Twin};
 
@@ -326,6 +328,80 @@ fn a_series_of_tilts_becomes_an_entry_of_the_table() {
     let read = |key: &str| table["friction"][0][key].as_float().expect("number");
     assert!((read("static") - 0.4).abs() < 2.0 * read("static_sd"), "{entry}");
     assert!((read("kinetic") - 0.33).abs() < 2.0 * read("kinetic_sd"), "{entry}");
+}
+
+#[test]
+fn friction_that_was_calibrated_is_what_a_push_of_that_pair_is_read_with() {
+    let mut rig = Rig::new(7);
+    let of_pair = |interactions: Vec<Interaction>| {
+        let mut capture = capture(interactions);
+        capture.bodies = vec![BodyPrior {
+            name: "box".into(),
+            material: Some("ceramic".into()),
+            ..BodyPrior::default()
+        }];
+        capture
+    };
+    let tilts = ["tilt-00", "tilt-01", "tilt-02"]
+        .map(|name| tilt(&mut rig, name, 0.45, 0.4))
+        .to_vec();
+    let (series, mut notices) = (of_pair(tilts), Notices::default());
+    let cut = interaction::segment(&series, &model(), &interaction::Config::default(), &mut notices).expect("cuts");
+    let entry = calibrate_friction(&series, &cut, &Config::default(), &mut notices).expect("slides");
+    let config = Config {
+        materials: materials_from_toml(&entry, std::path::Path::new("own.toml")).expect("an entry"),
+        ..Config::default()
+    };
+    let mass = 0.4;
+    let pushed = of_pair(vec![push(&mut rig, "push-00", 0.4 * mass * G, 1.0)]);
+    // The built-in table has 0.2 for ceramic on wood: twice the mass.
+    let [own, built_in] = [&config, &Config::default()].map(|c| found_in(&pushed, c).mass.expect("a mass"));
+    assert!(
+        !own.is_measured() && own.confounded.is_some() && own.method.contains("materials-table"),
+        "{own:?}"
+    );
+    let [low, high] = own.ci95.expect("interval");
+    assert!(low <= mass && mass <= high && high - low < 0.5 * mass, "{own:?}");
+    assert!(built_in.value > 1.4 * own.value, "{built_in:?}");
+}
+
+/// A quarter of the readings lost at random, and a stretch of a quarter of a second lost as a whole.
+fn spoilt(rig: &mut Rig, mut interaction: Interaction) -> Interaction {
+    let mut lost = |time: f64, gap: f64| rig.shake(1.0).x > 0.67 || (gap..gap + 0.25).contains(&time);
+    let nowhere = Vector3::repeat(f64::NAN);
+    if let Some(stream) = &mut interaction.force {
+        for (t, f) in stream.time.iter().zip(&mut stream.force) {
+            if lost(*t, 1.1) {
+                *f = nowhere;
+            }
+        }
+    }
+    for track in interaction.tracks.values_mut() {
+        for i in 0..track.len() {
+            if lost(track.time[i], 1.5) {
+                (track.position[i], track.rotation[i]) = (nowhere.into(), None);
+            }
+        }
+    }
+    interaction
+}
+
+#[test]
+fn lost_readings_leave_the_numbers_within_their_intervals() {
+    for seed in 20..24 {
+        let mut rig = Rig::new(seed);
+        let (mass, mu) = (0.4, 0.3);
+        let whole = vec![
+            lift(&mut rig, mass),
+            push(&mut rig, "push-00", mu * mass * G, 1.0),
+            push(&mut rig, "push-01", mu * mass * G, -1.0),
+        ];
+        let worse = capture(whole.into_iter().map(|i| spoilt(&mut rig, i)).collect());
+        let link = found_in(&worse, &Config::default());
+        holds(link.mass.as_ref(), mass, 0.05);
+        holds(link.friction_force.kinetic.as_ref(), mu * mass * G, 0.15);
+        holds(link.friction.kinetic.as_ref(), mu, 0.16);
+    }
 }
 
 #[test]

@@ -94,6 +94,10 @@ pub enum Command {
         /// The scale of the force sensor as `palpate calibrate force` found it: forces are divided by it, its doubt counts
         #[arg(long)]
         force_scale: Option<PathBuf>,
+        /// Friction by pair of materials as `palpate calibrate friction` wrote it (may be given more than once): comes
+        /// before the built-in table
+        #[arg(long)]
+        materials: Vec<PathBuf>,
         /// Also write recording.rrd, the run as a recording for the Rerun viewer (needs a palpate built with the
         /// feature `rerun`)
         #[arg(long)]

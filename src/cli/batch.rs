@@ -48,6 +48,7 @@ pub fn batch(common: &Common, captures: &[PathBuf], out: &Path, voxel: f64) -> R
         snapshot_search: None,
         snapshot_evaluations: None,
         force_scale: None,
+        materials: &[],
         rerun: false,
     };
     let options = options(common, &request)?;

@@ -1,7 +1,7 @@
 //! `palpate reconstruct`: a capture in, a twin's folder out, whole or not at all.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use serde_json::json;
@@ -13,7 +13,7 @@ use crate::capture::{Capture, read_capture};
 use crate::export::export_all;
 use crate::pipeline::{Options, Pass, Run, build};
 use crate::report;
-use crate::stages::estimation::ForceScale;
+use crate::stages::estimation::{ForceScale, materials_from_toml};
 use crate::stages::snapshots::{Course, Keeper, LearntPrior};
 use crate::twin::{Link, read_twin, write_twin};
 
@@ -27,6 +27,7 @@ pub struct Request<'a> {
     pub snapshot_search: Option<&'a Path>,
     pub snapshot_evaluations: Option<usize>,
     pub force_scale: Option<&'a Path>,
+    pub materials: &'a [PathBuf],
     pub rerun: bool,
 }
 
@@ -87,6 +88,12 @@ pub fn options(common: &Common, request: &Request) -> Result<Options> {
     }
     if let Some(path) = request.force_scale {
         options.estimation.force_scale = Some(ForceScale::from_toml(&read_text(path)?, path)?);
+    }
+    for path in request.materials {
+        options
+            .estimation
+            .materials
+            .extend(materials_from_toml(&read_text(path)?, path)?);
     }
     if !request.passes.is_empty() {
         options.passes = request

@@ -48,6 +48,7 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
             snapshot_search,
             snapshot_evaluations,
             force_scale,
+            materials,
             rerun,
         } => {
             let request = reconstruct::Request {
@@ -59,6 +60,7 @@ fn call(arguments: &Arguments) -> Result<ExitCode> {
                 snapshot_search: snapshot_search.as_deref(),
                 snapshot_evaluations: *snapshot_evaluations,
                 force_scale: force_scale.as_deref(),
+                materials,
                 rerun: *rerun,
             };
             reconstruct::reconstruct(common, capture, out, &request)

@@ -1,25 +1,45 @@
-//! Friction of a body on its support under the true pressure below it, set beside the ellipsoid that stands for it.
+//! Friction of a body on its support under a pressure that is spread below it.
 //!
-//! With pressure shares `p_i` at `r_i` from their centre and the twist `(v, w)` the support's friction is
-//! `-P sum p_i u_i/|u_i|`, `u_i = v + w x r_i` (Goyal, Ruina and Papadopoulos 1991). The ellipsoid of Lee and Cutkosky
-//! through the same force of pure sliding and moment of pure turning is off by up to a third of the force and half of the moment
-//! between the two; how much, in every direction, is laid out once in a table.
+//! With pressure shares `p_i` at `r_i` from the centre of mass and the twist `(v, w)` the support's friction is
+//! `-P sum p_i u_i/|u_i|`, `u_i = v + w x r_i` (Goyal, Ruina and Papadopoulos 1991). The pressure follows the load: it is that of the
+//! even body times a slope, and nowhere negative. The ellipsoid of Lee and Cutkosky through pure sliding and pure turning is off
+//! by up to a third of the force and half of the moment between the two, and the load that tips forward moves the
+//! friction's centre by millimetres: both tell a radius of gyration wrongly if they are left out.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use nalgebra::{Matrix2, Vector2};
 
-use nalgebra::Vector2;
+/// Cells over a footprint, per side: so many points stand for it.
+const CELLS: usize = 7;
+/// Steps towards a slope that brings the load where it acts, and how near is near enough, m.
+const STEPS: usize = 4;
+const NEAR: f64 = 1e-4;
 
-/// Directions of the velocity in the body, and steps of `atan(c w / v)` over a right angle.
-const DIRECTIONS: usize = 24;
-const STEPS: usize = 16;
-
-/// The ratios of a pressure's friction to that of the ellipsoid, by the twist.
+/// A pressure below a body, as points.
 #[derive(Clone, Debug)]
 pub struct LimitSurface {
     /// Mean distance of the pressure from its centre: the torsional radius, m.
     radius: f64,
-    /// Force and moment, by direction and step.
-    ratios: Vec<[f64; 2]>,
+    /// About the centre of the pressure, axes of the body in the plane, m, with their shares of the load.
+    points: Vec<(Vector2<f64>, f64)>,
+    /// Slope per metre by which the load's centre is moved.
+    slope: Matrix2<f64>,
+}
+
+/// How a body slides, axes of the body in the plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Sliding {
+    /// Of the centre of mass, m/s, and about it, rad/s.
+    pub velocity: Vector2<f64>,
+    /// rad/s.
+    pub spin: f64,
+    /// From the centre of the even body's pressure to the centre of mass, m.
+    pub centre: Vector2<f64>,
+    /// From below the centre of mass to where the load acts, m.
+    pub ahead: Vector2<f64>,
+    /// Torsional radius over that of the pressure.
+    pub scale: f64,
+    /// Speed below which friction is that of a step of time, which never turns a motion round, m/s.
+    pub slow: f64,
 }
 
 impl LimitSurface {
@@ -30,16 +50,16 @@ impl LimitSurface {
         if radius.is_nan() || radius <= 0.0 {
             return None;
         }
-        let mut ratios = Vec::with_capacity(DIRECTIONS * (STEPS + 1));
-        for direction in 0..DIRECTIONS {
-            let (sine, cosine) = (TAU * direction as f64 / DIRECTIONS as f64).sin_cos();
-            for step in 0..=STEPS {
-                // The ends are limits: a little inside of them the ratios are theirs, but for what rounding loses.
-                let tilt = (step as f64 / STEPS as f64 * FRAC_PI_2).clamp(1e-3, FRAC_PI_2 - 1e-3);
-                ratios.push(ratios_of(points, radius, &Vector2::new(cosine, sine), tilt));
-            }
-        }
-        Some(Self { radius, ratios })
+        let mut points = gathered(points);
+        // Gathering draws in: the torsional radius stays.
+        let drawn: f64 = points.iter().map(|(p, share)| share * p.norm()).sum();
+        points.iter_mut().for_each(|(p, _)| *p *= radius / drawn);
+        let moments: Matrix2<f64> = points.iter().map(|(p, share)| p * p.transpose() * *share).sum();
+        Some(Self {
+            radius,
+            slope: moments.try_inverse()?,
+            points,
+        })
     }
 
     /// Torsional radius, m.
@@ -47,40 +67,68 @@ impl LimitSurface {
         self.radius
     }
 
-    /// Force along the velocity and moment over those of the ellipsoid, for a velocity in the body's axes (m/s) and a spin
-    /// times the torsional radius (m/s).
-    pub fn ratios(&self, velocity: &Vector2<f64>, turning: f64) -> [f64; 2] {
-        let speed = velocity.norm();
-        if speed <= 0.0 && turning == 0.0 {
-            return [1.0; 2];
+    /// Friction on the body over the friction force: a force, and the moment about the centre of mass, m.
+    pub fn friction(&self, sliding: &Sliding) -> (Vector2<f64>, f64) {
+        let wanted = sliding.centre + sliding.ahead;
+        let (slope, reached) = self.sloped_towards(&wanted);
+        let (mut force, mut moment, mut load) = (Vector2::zeros(), 0.0, 0.0);
+        for (p, share) in &self.points {
+            let pressed = share * (1.0 + slope.dot(p));
+            if pressed <= 0.0 {
+                continue;
+            }
+            let arm = (p - reached) * sliding.scale + sliding.ahead;
+            let u = sliding.velocity + sliding.spin * Vector2::new(-arm.y, arm.x);
+            let rub = u * (pressed / (u.norm_squared() + sliding.slow * sliding.slow).sqrt().max(1e-12));
+            force -= rub;
+            moment -= arm.perp(&rub);
+            load += pressed;
         }
-        // Turned round as a whole, a motion meets the same friction the other way.
-        let way = if turning < 0.0 { -velocity } else { *velocity };
-        let at = way.y.atan2(way.x).rem_euclid(TAU) / TAU * DIRECTIONS as f64;
-        let (low, share) = (at.floor(), at - at.floor());
-        let columns = [low as usize % DIRECTIONS, (low as usize + 1) % DIRECTIONS];
-        let tilt = turning.abs().atan2(speed) / FRAC_PI_2 * STEPS as f64;
-        let row = (tilt as usize).min(STEPS - 1);
-        let along = tilt - row as f64;
-        let entry = |column: usize, k: usize| {
-            let base = column * (STEPS + 1) + row;
-            self.ratios[base][k] * (1.0 - along) + self.ratios[base + 1][k] * along
-        };
-        [0, 1].map(|k| entry(columns[0], k) * (1.0 - share) + entry(columns[1], k) * share)
+        (force / load.max(1e-12), moment / load.max(1e-12))
+    }
+
+    /// The slope of the pressure that brings the load's centre to `wanted`, as far as that can be, and that centre.
+    fn sloped_towards(&self, wanted: &Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
+        let mut slope = Vector2::zeros();
+        let mut reached = Vector2::zeros();
+        for _ in 0..STEPS {
+            let missing = wanted - reached;
+            if missing.norm() < NEAR {
+                break;
+            }
+            slope += self.slope * missing;
+            let (mut sum, mut load) = (Vector2::zeros(), 0.0);
+            for (p, share) in &self.points {
+                let pressed = (share * (1.0 + slope.dot(p))).max(0.0);
+                sum += p * pressed;
+                load += pressed;
+            }
+            reached = sum / f64::max(load, 1e-12);
+        }
+        (slope, reached)
     }
 }
 
-fn ratios_of(points: &[(Vector2<f64>, f64)], radius: f64, way: &Vector2<f64>, tilt: f64) -> [f64; 2] {
-    let (turning, speed) = tilt.sin_cos();
-    let spin = turning / radius;
-    let (mut force, mut moment) = (Vector2::zeros(), 0.0);
+/// The points gathered into the cells of a grid, each where its load is.
+fn gathered(points: &[(Vector2<f64>, f64)]) -> Vec<(Vector2<f64>, f64)> {
+    let corner = |pick: fn(f64, f64) -> f64, start: f64| {
+        points.iter().fold(Vector2::repeat(start), |c, (p, _)| {
+            Vector2::new(pick(c.x, p.x), pick(c.y, p.y))
+        })
+    };
+    let (low, high) = (corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY));
+    let cell = |x: f64, k: usize| {
+        let share = (x - low[k]) / (high[k] - low[k]).max(1e-12);
+        ((share * CELLS as f64) as usize).min(CELLS - 1)
+    };
+    let mut cells = vec![(Vector2::zeros(), 0.0); CELLS * CELLS];
     for (p, share) in points {
-        let u = way * speed + spin * Vector2::new(-p.y, p.x);
-        let unit = u / u.norm().max(1e-9);
-        force += unit * *share;
-        moment += share * p.perp(&unit);
+        let (sum, load) = &mut cells[cell(p.y, 1) * CELLS + cell(p.x, 0)];
+        *sum += p * *share;
+        *load += share;
     }
-    [force.dot(way) / speed, moment / (radius * turning)]
+    let filled = cells.into_iter().filter(|c| c.1 > 0.0);
+    filled.map(|(sum, load)| (sum / load, load)).collect()
 }
 
 #[cfg(test)]
@@ -100,28 +148,48 @@ mod tests {
             .collect()
     }
 
-    #[test]
-    fn a_ring_is_known_and_a_plate_turns_more_easily_while_it_slides() {
-        let plate = LimitSurface::of(&box_points([0.105, 0.08])).expect("a plate");
-        assert!((plate.radius() - 0.03558).abs() < 1e-4);
-        // Sliding along the long side with a quarter of it as turning: the sums over the plate.
-        let [force, moment] = plate.ratios(&Vector2::new(1.0, 0.0), 0.25);
-        let ellipsoid = 1.0 / 1.0625_f64.sqrt();
-        assert!((force * ellipsoid - 0.9770).abs() < 4e-3, "{force}");
-        assert!((moment * 0.25 * ellipsoid - 0.1830).abs() < 4e-3, "{moment}");
-        // Pure sliding and pure turning are the ellipsoid's.
-        assert!((plate.ratios(&Vector2::new(0.0, 1.0), 0.0)[0] - 1.0).abs() < 1e-3);
-        assert!((plate.ratios(&Vector2::new(0.0, 0.0), 1.0)[1] - 1.0).abs() < 1e-3);
+    fn sliding(velocity: Vector2<f64>, spin: f64) -> Sliding {
+        Sliding {
+            velocity,
+            spin,
+            centre: Vector2::zeros(),
+            ahead: Vector2::zeros(),
+            scale: 1.0,
+            slow: 0.0,
+        }
     }
 
     #[test]
-    fn a_motion_and_its_reverse_meet_the_same_friction() {
-        let mut lopsided = box_points([0.1, 0.06]);
-        lopsided.iter_mut().for_each(|(p, share)| *share *= 1.0 + 8.0 * p.x);
-        let centre: Vector2<f64> = lopsided.iter().map(|(p, s)| p * *s).sum();
-        lopsided.iter_mut().for_each(|(p, _)| *p -= centre);
-        let surface = LimitSurface::of(&lopsided).expect("a plate");
+    fn a_plate_turns_more_easily_while_it_slides() {
+        let plate = LimitSurface::of(&box_points([0.105, 0.08])).expect("a plate");
+        let c = plate.radius();
+        assert!((c - 0.03558).abs() < 1e-4);
+        // Sliding along the long side with a quarter of it as turning: the sums over the plate.
+        let (force, moment) = plate.friction(&sliding(Vector2::new(1.0, 0.0), 0.25 / c));
+        assert!((force.x + 0.9770).abs() < 4e-3 && force.y.abs() < 1e-6, "{force}");
+        assert!((moment / c + 0.1830).abs() < 4e-3, "{}", moment / c);
+        let (force, moment) = plate.friction(&sliding(Vector2::zeros(), 1.0));
+        assert!(force.norm() < 1e-6 && (moment / c + 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn friction_acts_where_the_load_is() {
+        let plate = LimitSurface::of(&box_points([0.1, 0.08])).expect("a plate");
+        let ahead = Vector2::new(0.006, -0.004);
         let way = Vector2::new(0.3, 0.2);
-        assert_eq!(surface.ratios(&way, -0.1), surface.ratios(&-way, 0.1));
+        let loaded = Sliding {
+            ahead,
+            ..sliding(way, 0.0)
+        };
+        let (force, moment) = plate.friction(&loaded);
+        assert!((force + way.normalize()).norm() < 1e-9);
+        assert!((moment - ahead.perp(&force)).abs() < 1e-6, "{moment}");
+        // A centre of mass beyond what the footprint can carry keeps the load within it.
+        let far = Sliding {
+            centre: Vector2::new(0.2, 0.0),
+            ..sliding(way, 0.0)
+        };
+        let (force, _) = plate.friction(&far);
+        assert!((force.norm() - 1.0).abs() < 1e-9);
     }
 }

@@ -1,6 +1,7 @@
 //! A body that is shoved over a level support by a known force at a known place, fast enough that inertia counts, and that
 //! coasts when it is let go.
 //!
+//! Where the pressure below it is known, its friction is summed over that ([`LimitSurface`]); else
 //! `m v' = F - P v/s`, `m rho² w' = (p - c) x F + T - P c² w/s` with `s = sqrt(v² + c² w²)`: Newton and Euler at the centre of
 //! mass against the ellipsoidal limit surface (Howe and Cutkosky 1996) with friction force `P = mu (m g - F_z)`; at
 //! rest while the load is within the surface. Mass shows where speed changes, friction where nothing pushes, the radius of gyration
@@ -8,6 +9,7 @@
 
 use nalgebra::{Point2, Rotation2, Vector2};
 
+use super::limit_surface::Sliding;
 use super::simulator::rows_about;
 use super::{LimitSurface, PlaneMotion, Simulator};
 
@@ -28,8 +30,10 @@ pub struct Shoved<'a> {
     pub height: f64,
     /// Gravity along the support's normal, m/s².
     pub gravity: f64,
-    /// The true pressure's friction beside the ellipsoid's, with the heading at which the body's axes are those of the plane.
+    /// The pressure below it were it even, with the heading at which the body's axes are those of the plane.
     pub surface: Option<(&'a LimitSurface, f64)>,
+    /// From the centre of that pressure to the centre of mass, axes of the body at heading nought, m.
+    pub off: Vector2<f64>,
 }
 
 /// What the tool does at one time, in the plane.
@@ -83,13 +87,6 @@ impl Shoved<'_> {
         }
     }
 
-    fn ratios(&self, heading: f64, velocity: &Vector2<f64>, spin: f64) -> [f64; 2] {
-        self.surface.map_or([1.0; 2], |(surface, aligned)| {
-            let local = Rotation2::new(aligned - heading) * velocity;
-            surface.ratios(&local, self.torsional_radius * spin)
-        })
-    }
-
     /// The motion of the centre of mass a step `h` later: friction by the implicit rule, which holds still what the load
     /// cannot move and never turns a motion round.
     fn after(&self, now: &PlaneMotion, shove: &Shove, h: f64) -> PlaneMotion {
@@ -103,13 +100,12 @@ impl Shoved<'_> {
         let load = (1.0 - shove.lift / (self.mass * self.gravity)).clamp(0.0, 3.0);
         let friction = (self.friction * load).max(1e-9);
         let ahead = self.ahead(&velocity, spin, shove, friction, load);
+        if let Some(surface) = self.surface {
+            return self.rubbed(now, (velocity, spin), surface, &ahead, friction, h);
+        }
         let sweep = spin * Vector2::new(-ahead.y, ahead.x);
         let at_load = velocity + sweep;
-        let [force, moment] = self.ratios(now.heading, &at_load, spin);
-        let (a, b) = (
-            force * friction * h / self.mass,
-            moment * friction * c * c * h / inertia,
-        );
+        let (a, b) = (friction * h / self.mass, friction * c * c * h / inertia);
         let (along, about) = (at_load.norm(), c * spin.abs());
         let (mut next, mut next_spin) = (Vector2::zeros(), 0.0);
         if (along / a).hypot(about / b) > 1.0 {
@@ -123,6 +119,36 @@ impl Shoved<'_> {
             heading: now.heading + 0.5 * h * (now.spin + next_spin),
             velocity: next,
             spin: next_spin,
+        }
+    }
+
+    /// The same where the pressure is known, `pushed` the velocity and spin before friction.
+    fn rubbed(
+        &self,
+        now: &PlaneMotion,
+        pushed: (Vector2<f64>, f64),
+        (surface, aligned): (&LimitSurface, f64),
+        ahead: &Vector2<f64>,
+        friction: f64,
+        h: f64,
+    ) -> PlaneMotion {
+        let local = Rotation2::new(aligned - now.heading);
+        let stiffer = (self.torsional_radius / self.gyration_radius).max(1.0);
+        let (force, moment) = surface.friction(&Sliding {
+            velocity: local * pushed.0,
+            spin: pushed.1,
+            centre: Rotation2::new(aligned) * self.off,
+            ahead: local * ahead,
+            scale: self.torsional_radius / surface.radius(),
+            slow: friction * h / self.mass * stiffer * stiffer,
+        });
+        let velocity = pushed.0 + local.inverse() * force * (friction * h / self.mass);
+        let spin = pushed.1 + moment * (friction * h / (self.mass * self.gyration_radius.powi(2)));
+        PlaneMotion {
+            position: now.position + 0.5 * h * (now.velocity + velocity),
+            heading: now.heading + 0.5 * h * (now.spin + spin),
+            velocity,
+            spin,
         }
     }
 
@@ -182,6 +208,7 @@ mod tests {
         height: 0.0,
         gravity: 9.81,
         surface: None,
+        off: Vector2::new(0.0, 0.0),
     };
 
     const REST: PlaneMotion = PlaneMotion {
@@ -234,5 +261,31 @@ mod tests {
             assert!((a.position - b.position).norm() < 5e-5 && (a.heading - b.heading).abs() < 1e-3);
         }
         assert!((fine[99].heading - 0.3).abs() > 0.02);
+    }
+
+    #[test]
+    fn under_a_known_pressure_it_goes_as_far_turns_and_stays_where_it_stops() {
+        let n = 20;
+        let at = |k: usize, edge: f64| ((k as f64 + 0.5) / f64::from(n) - 0.5) * edge;
+        let points: Vec<(Vector2<f64>, f64)> = (0..(n * n) as usize)
+            .map(|k| (Vector2::new(at(k % 20, 0.1), at(k / 20, 0.06)), 1.0 / f64::from(n * n)))
+            .collect();
+        let surface = LimitSurface::of(&points).expect("a plate");
+        let plate = Shoved {
+            surface: Some((&surface, 0.0)),
+            torsional_radius: surface.radius(),
+            ..BOX
+        };
+        let path = |offset: f64, step: f64| {
+            let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.01).collect();
+            plate.simulate_with_step(&plate.centred(&REST), &pulse(6.0, offset), 0.0, &times, step)
+        };
+        let (straight, turned, fine) = (path(0.0, 1e-3), path(0.01, 1e-3), path(0.01, 2.5e-4));
+        let way = 0.5 * 0.9 * 0.1 + 0.9 * 0.9 / (2.0 * 3.0);
+        assert!(((straight[99].position - REST.position).norm() - way).abs() < 3e-3 * way);
+        for (a, b) in turned.iter().zip(&fine) {
+            assert!((a.position - b.position).norm() < 2e-4 && (a.heading - b.heading).abs() < 3e-3);
+        }
+        assert!((turned[99].heading - 0.3).abs() > 0.02 && turned[99].velocity.norm() < 1e-9);
     }
 }

@@ -126,7 +126,7 @@ pub struct Tossed {
 pub struct LedgerEntry {
     /// The interaction that was left out.
     pub interaction: String,
-    /// `mass` or `friction.kinetic`.
+    /// `mass`, `friction.kinetic` or `stiffness`.
     pub quantity: String,
     /// By how much it moved the number, as a share of it.
     pub moved: f64,

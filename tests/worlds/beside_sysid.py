@@ -66,7 +66,9 @@ def record(folder, time_, force, place, dice):
 def by_palpate(palpate, folder):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     out = folder / "twin"
-    subprocess.run([palpate, "reconstruct", str(folder), "--out", str(out), "-q"], check=True,
+    # The estimation alone, as the other does: no diagnosis, no exports, no report.
+    passes = ["--pass", "shape", "--pass", "physics"]
+    subprocess.run([palpate, "reconstruct", str(folder), "--out", str(out), "-q", *passes], check=True,
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime

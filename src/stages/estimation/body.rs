@@ -5,12 +5,12 @@ use nalgebra::Vector3;
 use super::coast::Shape;
 use super::facts::{Facts, Ground};
 use super::lift::centre_of_mass;
-use super::pool::pooled;
+use super::pool::{pooled, relative_sd};
 use super::press::{Stiffer, stiffer_than_felt};
 use super::resolve::Before;
 use super::spin::write_inertia;
 use crate::base::Estimate;
-use crate::twin::Link;
+use crate::twin::{LedgerEntry, Link};
 
 /// Scatter of stiffness from press to press that is expected before any is seen, a share.
 const SCATTER: f64 = 0.015;
@@ -27,9 +27,34 @@ pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
     let tip = stiffer_than_felt(&facts.presses);
     let felt: Vec<(f64, f64)> = facts.presses.iter().map(|p| p.seen).collect();
     link.stiffness = pooled(&felt, SCATTER, 0.0, "N/m", from.clone(), method).map(|e| stiffer(e, &tip, 1));
-    let damping: Vec<(f64, f64)> = facts.presses.iter().filter_map(|p| p.damping).collect();
+    if let Some(all) = &link.stiffness {
+        let without = |k: usize| {
+            let rest: Vec<(f64, f64)> = (0..felt.len()).filter(|i| *i != k).map(|i| felt[i]).collect();
+            pooled(&rest, SCATTER, 0.0, "N/m", Vec::new(), method).map(|e| stiffer(e, &tip, 1))
+        };
+        let entries = (0..felt.len()).filter_map(|k| {
+            let less = without(k)?;
+            Some(LedgerEntry {
+                interaction: from[k].clone(),
+                quantity: "stiffness".into(),
+                moved: (all.value / less.value).ln(),
+                doubt_without: relative_sd(&less) / relative_sd(all).max(1e-12),
+            })
+        });
+        link.ledger.extend(entries.collect::<Vec<_>>());
+    }
     // A body with damper behind an elastic tip moves by the share r of the travel, and its force is felt r times: r².
-    link.damping = pooled(&damping, 2.0 * SCATTER, 0.0, "N·s/m", from, method).map(|e| stiffer(e, &tip, 2));
+    link.damping = damping_of(facts, from, method).map(|e| stiffer(e, &tip, 2));
+}
+
+/// Damping as the tool feels it, where it stands out.
+fn damping_of(facts: &Facts, from: Vec<String>, method: &str) -> Option<Estimate> {
+    let told = facts.presses.iter().filter_map(|p| Some((p.damping?, p.lagging)));
+    let (trials, shared): (Vec<_>, Vec<f64>) = told
+        .map(|((value, sd), share)| ((value, sd * (1.0 - share).sqrt()), sd * share.sqrt()))
+        .unzip();
+    let common = shared.iter().sum::<f64>() / shared.len().max(1) as f64;
+    pooled(&trials, 2.0 * SCATTER, common, "N·s/m", from, method)
 }
 
 /// What the tool feels as what the body has, `power` times the factor of the tip.

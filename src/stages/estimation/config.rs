@@ -1,6 +1,6 @@
 //! What can be set for the physics pass.
 
-use super::ForceScale;
+use super::{ForceScale, MaterialFriction};
 use crate::base::{Error, Result};
 
 /// Settings of the physics pass; the defaults need no change to run.
@@ -26,6 +26,8 @@ pub struct Config {
     pub friction_prior: (f64, f64),
     /// The scale of the force sensor, where it was calibrated.
     pub force_scale: Option<ForceScale>,
+    /// Friction by pair of materials that comes before the built-in table.
+    pub materials: Vec<MaterialFriction>,
 }
 
 impl Default for Config {
@@ -41,6 +43,7 @@ impl Default for Config {
             density: (700.0, 0.7),
             friction_prior: (0.35, 0.2),
             force_scale: None,
+            materials: Vec::new(),
         }
     }
 }

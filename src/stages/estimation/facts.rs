@@ -6,6 +6,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::Config;
 use super::accelerate::{Accelerated, accelerated};
+use super::basins::Basin;
 use super::coast::{Coast, Shape, coast_of};
 use super::face::Face;
 use super::lift::{Weighing, weigh};
@@ -31,6 +32,8 @@ pub(super) struct Facts {
     pub shoved: Vec<Accelerated>,
     /// What those say of how it turns.
     pub spins: Vec<Spun>,
+    /// Where the starts of their fits ended.
+    pub basins: Vec<(String, Vec<Basin>)>,
     /// Pushes in which the link moved alone.
     pub pushes: Vec<Push>,
     /// Pushes in which other links moved along as one rigid group.
@@ -179,8 +182,11 @@ fn read_one(
             let alone = matches!(company, Company::Alone) && interaction.kind == Kind::Push;
             let shape = shape.filter(|_| alone);
             let whole = shape.and_then(|s| shoved(interaction, cut, link, ground, s, face, config));
-            let (whole, spin) = whole.unzip();
-            facts.spins.extend(spin.flatten());
+            let whole = whole.map(|(whole, spin, basins)| {
+                facts.spins.extend(spin);
+                facts.basins.push((whole.interaction.clone(), basins));
+                whole
+            });
             // What was followed as a whole is not read a second time from its end.
             let shape = shape.filter(|_| whole.is_none());
             let coast = shape.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Config;
+use super::basins::told_of_basins;
 use super::body::{fill_inertial, write_centre, write_presses};
 use super::chain::fit_chains;
 use super::coast::Shape;
 use super::facts::{Facts, Ground, gather, ground_of};
 use super::finger::fit_fingers;
 use super::joint::joint_dynamics;
-use super::materials::material_friction;
+use super::materials::{MaterialFriction, material_friction};
 use super::push::Plane;
 use super::resolve::{Before, conclude};
 use super::share::share_out;
@@ -35,7 +36,7 @@ pub fn identify(
 ) -> Result<()> {
     config.check()?;
     let ground = ground_of(capture, &model.twin);
-    let befores = befores(capture, model)?;
+    let befores = befores_by(capture, model, &config.materials)?;
     let shapes = shapes(model, &befores, &ground);
     let facts = gather(capture, segmented, &ground, model, &shapes, config, notices);
     for (name, found) in &facts {
@@ -79,6 +80,9 @@ fn write_link(
         return;
     };
     conclude(link, facts, before, ground, config, notices);
+    if let Some(words) = told_of_basins(&facts.basins) {
+        notices.note(super::resolve::STAGE, name, words);
+    }
     write_presses(link, facts);
 }
 
@@ -94,6 +98,15 @@ pub(super) fn shapes(model: &Model, befores: &BTreeMap<String, Before>, ground: 
 
 /// What is known beforehand of every link.
 pub(super) fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMap<String, Before<'a>>> {
+    befores_by(capture, model, &[])
+}
+
+/// The same, with friction by pair of materials that comes before the built-in table.
+fn befores_by<'a>(
+    capture: &'a Capture,
+    model: &Model,
+    materials: &[MaterialFriction],
+) -> Result<BTreeMap<String, Before<'a>>> {
     let support = capture.support.as_ref();
     let normal = ground_of(capture, &model.twin).plane.normal;
     let mut out = BTreeMap::new();
@@ -103,7 +116,7 @@ pub(super) fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMa
             .and_then(|g| g.material.as_deref())
             .zip(support.and_then(|s| s.material.as_deref()));
         let table = match pair {
-            Some((a, b)) => material_friction(a, b)?,
+            Some((a, b)) => material_friction(materials, a, b)?,
             None => None,
         };
         let mesh = link.mesh.as_ref().and_then(|path| model.meshes.get(path));

@@ -2,6 +2,7 @@
 
 mod accelerate;
 mod action;
+mod basins;
 mod body;
 mod calibrate;
 mod chain;
@@ -53,7 +54,7 @@ pub use force_scale::{ForceScale, calibrate_force};
 pub use identify::identify;
 pub use inertial::{Inertial, inertial};
 pub use joint_load::{JointLoad, joint_loads};
-pub use materials::{MaterialFriction, material_friction, material_table};
+pub use materials::{MaterialFriction, material_friction, material_table, materials_from_toml};
 pub use next_touch::{ArcTouch, NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted, arc_touches};
 pub use replay::{replay_push, travel_direction};
 pub use toss::{

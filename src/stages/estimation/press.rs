@@ -25,6 +25,8 @@ pub(super) struct Press {
     pub seen: (f64, f64),
     /// N·s/m as the tool sees it, where it stands out.
     pub damping: Option<(f64, f64)>,
+    /// Share of the variance of that which all presses share.
+    pub lagging: f64,
     /// What it does beyond a linear spring with damping, in words.
     pub beyond: Option<String>,
     /// Share of the tool's travel by which the body's frame moved, where it moved.
@@ -184,6 +186,7 @@ pub(super) fn press_of(
             Some(s) => (s.damping.0 > 3.0 * s.damping.1).then_some(s.damping),
             None => clear.then(|| (fit.x[2], damping_sd)),
         },
+        lagging: simulated.map_or(1.0, |s| s.lagging),
         beyond: simulated.and_then(described),
         share: moved,
     })

@@ -11,6 +11,7 @@ use nalgebra::{DVector, Matrix5, UnitQuaternion, Vector2, Vector3, Vector5};
 use super::Config;
 use super::accelerate::Accelerated;
 use super::action::rest_pose;
+use super::basins::{Basin, apart, basins_of};
 use super::coast::Shape;
 use super::evidence::{Tare, mean_wrench, tare_of, tool_at};
 use super::face::Face;
@@ -68,9 +69,11 @@ pub(super) fn shoved(
     shape: &Shape,
     face: Option<&Face>,
     config: &Config,
-) -> Option<(Accelerated, Option<Spun>)> {
-    let Told { whole, spun, .. } = shoved_on(interaction, segmented, link, ground, shape, face, config, LATE)?;
-    (whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0).then_some((whole, spun))
+) -> Option<(Accelerated, Option<Spun>, Vec<Basin>)> {
+    let told = shoved_on(interaction, segmented, link, ground, shape, face, config, LATE)?;
+    let whole = &told.whole;
+    let worth = whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0;
+    worth.then_some((told.whole, told.spun, told.basins))
 }
 
 /// What one push says.
@@ -78,6 +81,7 @@ struct Told {
     whole: Accelerated,
     spun: Option<Spun>,
     delay: (f64, f64),
+    basins: Vec<Basin>,
 }
 
 /// The same, however little they show, and how much later than the track the force is read, s, with its standard deviation; it
@@ -111,7 +115,7 @@ fn shoved_on(
     late: f64,
 ) -> Option<Told> {
     let run = run_of(interaction, segmented, link, ground, shape, face)?;
-    let fit = fit(&run, shape, late)?;
+    let (fit, basins) = fit(&run, shape, late)?;
     let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
     let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
@@ -142,6 +146,7 @@ fn shoved_on(
         whole,
         spun,
         delay: (fit.x[6], fit.sd(6) * wide),
+        basins,
     })
 }
 
@@ -243,7 +248,7 @@ fn after_blows(stream: &WrenchStream, tare: &Tare, plane: &Plane, onset: f64) ->
 
 /// Logarithms of mass and friction force, centre of mass off the centroid (m), logarithms of the radii over those of the
 /// shape, and how much later than the track the force is, s.
-fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
+fn fit(run: &Run, shape: &Shape, late: f64) -> Option<(Fit, Vec<Basin>)> {
     let sizes: Vec<f64> = run.shoves.iter().map(|s| s.force.norm()).collect();
     let strong = quantile(&sizes, 0.95)?;
     let typical = median(&sizes.into_iter().filter(|f| *f > 0.1 * strong).collect::<Vec<_>>()).filter(|f| *f > 0.0)?;
@@ -258,6 +263,7 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
             height: shape.height,
             gravity: run.gravity,
             surface: shape.surface.as_deref().map(|s| (s, run.aligned)),
+            off,
         };
         let start = PlaneMotion {
             position: Vector2::new(x[LAW], x[LAW + 1]),
@@ -309,7 +315,22 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<Fit> {
         start.rows_mut(LAW, 6).copy_from_slice(&motion);
         levenberg_marquardt(&start, &steps, settings(FIRST), residuals)
     });
-    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    let best = levenberg_marquardt(&best.x, &steps, settings(40), residuals)?;
-    best.x.iter().all(|v| v.is_finite()).then_some(best)
+    let again = |from: &Fit, iterations: usize| levenberg_marquardt(&from.x, &steps, settings(iterations), residuals);
+    polished(fits.collect(), again)
+}
+
+/// The best of what several starts came to, fitted to the end, and the basins that they are in.
+fn polished(mut fits: Vec<Fit>, again: impl Fn(&Fit, usize) -> Option<Fit>) -> Option<(Fit, Vec<Basin>)> {
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = again(fits.first()?, 40)?;
+    if !best.x.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    // A start that is elsewhere still may only be slow.
+    let others = fits.iter().skip(1).map(|other| match apart(&best, other) {
+        true => again(other, FIRST).unwrap_or_else(|| other.clone()),
+        false => best.clone(),
+    });
+    let all: Vec<Fit> = std::iter::once(best.clone()).chain(others).collect();
+    Some((best, basins_of(&all)))
 }

@@ -65,14 +65,19 @@ impl Spun {
         let information = data.fixed_view::<4, 4>(1, 1).into_owned();
         // Given the mass, the rest minimises the same quadratic form.
         let loose = (information + SMatrix::<f64, 4, 4>::identity() * (1e-9 * information.trace())).try_inverse()?;
-        let strays = SMatrix::<f64, 4, 4>::from_diagonal(&nalgebra::Vector4::from(STRAYS.map(|s| s * s)));
         let mass = solved.0[0];
         let coupling = data.fixed_view::<4, 1>(1, 0).into_owned();
+        let mean = loose * (pull.fixed_rows::<4>(1) - coupling * mass);
+        // A push that hardly turned says something only far from where it was linearised: there it is doubted by the second
+        // order.
+        let bent = |k: usize| if k < 2 { 0.0 } else { mean[k] * mean[k] };
+        let strays = nalgebra::Vector4::from_fn(|k, _| STRAYS[k] * STRAYS[k] + bent(k) * bent(k));
+        let strays = SMatrix::<f64, 4, 4>::from_diagonal(&strays);
         Some(Self {
             interaction: interaction.into(),
             normal,
             mass,
-            mean: loose * (pull.fixed_rows::<4>(1) - coupling * mass),
+            mean,
             slope: -(loose * coupling),
             information: (loose + strays).try_inverse()?,
         })
@@ -90,6 +95,9 @@ impl Spun {
 /// Logarithmic doubt of the extents of matter about uniform density: of all together (hollow or with a heavy core) and of
 /// each; and of its shears, as a share of them.
 const DENSITY: [f64; 3] = [0.15, 0.1, 0.1];
+/// By how much that is looser where pushes tell of it: a shell has a radius of gyration that is larger by a quarter, a heavy core
+/// one that is smaller by a third.
+const LOOSE: f64 = 1.5;
 /// Of the torsional radius about that of an even pressure, which may lie at the rim or about the middle.
 const TORSION: f64 = 0.3;
 /// Residuals that are not of pushes.
@@ -98,7 +106,7 @@ const OWN: usize = 11;
 const FORM: f64 = 0.03;
 /// Doubt of the centre of mass beyond what the pushes leave, as a share of what the shape leaves open: the pressure is not
 /// quite even, and how high the centre lies is guessed.
-const CENTRE: f64 = 0.045;
+const CENTRE: f64 = 0.02;
 /// Share of the prior's doubt of the yaw inertia below which it counts as measured.
 const TOLD: f64 = 0.5;
 
@@ -122,11 +130,12 @@ impl Sought<'_> {
         let mut out = vec![2.0 * (x[0] - self.prior.0[0]) / self.mass_sd];
         let off = [1, 2, 3].map(|k| x[k] - self.prior.0[k]);
         let middle = off.iter().sum::<f64>() / 3.0;
-        let common = DENSITY[0].hypot(DENSITY[1] / 3.0_f64.sqrt());
+        let [all, each, _] = DENSITY.map(|d| if self.spins.is_empty() { d } else { LOOSE * d });
+        let common = all.hypot(each / 3.0_f64.sqrt());
         out.push(middle / common);
         out.extend([
-            (off[0] - off[1]) / (2.0_f64.sqrt() * DENSITY[1]),
-            (off[0] + off[1] - 2.0 * off[2]) / (6.0_f64.sqrt() * DENSITY[1]),
+            (off[0] - off[1]) / (2.0_f64.sqrt() * each),
+            (off[0] + off[1] - 2.0 * off[2]) / (6.0_f64.sqrt() * each),
         ]);
         for (k, (i, j)) in [(4, (1, 2)), (5, (2, 3)), (6, (1, 3))] {
             let size = (0.5 * (self.prior.0[i] + self.prior.0[j])).exp();

@@ -6,6 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median};
 use crate::physics::ElasticLaw;
 
+/// Lag between force and position over the time from reading to reading (1 sd): within half of it either way.
+const LAG: f64 = 0.3;
 /// Share by which the laws themselves may be off.
 const FORM: f64 = 0.003;
 /// Twice the gain in log likelihood that an extension must bring, per effective sample counted.
@@ -24,10 +26,11 @@ pub(super) struct Course {
 
 impl Course {
     /// Lag between force and position, s (1 sd): all streams are on one clock, but whether a reading is that of its moment
-    /// or the mean of the sample before it nobody says.
+    /// or the mean of the sample before it nobody says, of either; even between the two. A press cannot tell such a lag:
+    /// with the contact free, `F = k (p - l v - p0) + c v` holds `c - k l` only but for the one reading about first touch.
     fn lag(&self) -> f64 {
         let steps: Vec<f64> = self.time.windows(2).map(|w| w[1] - w[0]).collect();
-        0.5 * median(&steps).unwrap_or(2e-3)
+        LAG * median(&steps).unwrap_or(2e-3)
     }
 }
 
@@ -36,6 +39,8 @@ impl Course {
 pub(super) struct Squeezed {
     pub stiffness: (f64, f64),
     pub damping: (f64, f64),
+    /// Share of the variance of the damping that the lag makes: one sensor's lag is the same in all presses.
+    pub lagging: f64,
     /// 1/m, where the curve is not straight.
     pub hardening: Option<(f64, f64)>,
     /// Share and time constant (s), where the force relaxes while it holds.
@@ -123,6 +128,7 @@ fn read(fit: &Fit, x: &[f64; 7], free: &[bool; 7], loose: &[f64; 7]) -> Option<S
     Some(Squeezed {
         stiffness: (k, k * own),
         damping: (damping, (k * sd(1)).hypot(damping * own)),
+        lagging: (sd(3) / (sd(1).hypot(x[1] * own)).max(1e-300)).powi(2).min(1.0),
         hardening: free[HARDENING].then(|| (x[HARDENING], sd(HARDENING))),
         relaxing: free[RELAXING].then(|| {
             let tau = x[RELAXING + 1].exp();

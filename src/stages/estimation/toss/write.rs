@@ -17,13 +17,17 @@ use crate::twin::{Joint, Link, Model, Tossed, Twin};
 pub const METHOD: &str = "toss-windows";
 /// A number is measured where its doubt is less than this share of the prior's.
 const TOLD: f64 = 0.5;
-/// What the law of impact (Newton's restitution, Coulomb's cone, all corners at once) leaves open: absolute, and as a share
-/// of the value. Against a simulator of compliant contacts (docs/BENCHMARKS.md).
-const FORM: [(&str, f64, f64); 3] = [
-    ("restitution", 0.02, 0.03),
-    ("friction", 0.0, 0.03),
-    ("inertia", 0.05, 0.0),
+/// What the law of impact (Newton's restitution, Coulomb's cone, all corners at once) leaves open: absolute, as a share
+/// of the value, and absolute and as a share of the value for each unit by which the restitution exceeds [`LIVELY`]. Against a
+/// simulator of compliant contacts (docs/BENCHMARKS.md).
+const FORM: [(&str, f64, f64, f64, f64); 3] = [
+    ("restitution", 0.02, 0.03, 0.0, 0.0),
+    ("friction", 0.0, 0.03, 0.0, 0.6),
+    ("inertia", 0.05, 0.0, 0.4, 0.0),
 ];
+/// Restitution from which on an impact lasts long enough for what slides in it to matter: it may slip where the law has it
+/// stick.
+const LIVELY: f64 = 0.4;
 /// How far a carved shape's centre may be from that of its mass, m; and one that was seen.
 const CARVED: f64 = 0.03;
 const SEEN: f64 = 0.01;
@@ -49,10 +53,11 @@ impl Result<'_> {
         let t = t_quantile(0.975, (self.fitted.tosses as f64 - 1.0).max(1.0));
         let value = (self.sought[k].get)(&self.fitted.at);
         // The law of impact is a model: its own error does not fall with the number of tosses.
-        let form = FORM
-            .iter()
-            .find(|f| f.0 == name)
-            .map_or(0.0, |f| f.1.hypot(f.2 * value));
+        let lively = (self.fitted.at.restitution - LIVELY).max(0.0);
+        let form = FORM.iter().find(|f| f.0 == name).map_or(0.0, |f| {
+            let absolute = f.1.hypot(f.3 * lively);
+            absolute.hypot(f.2 * value).hypot(f.4 * lively * value)
+        });
         Some((value, sd.hypot(form), (t * sd).hypot(1.96 * form)))
     }
 

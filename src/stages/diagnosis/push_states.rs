@@ -18,6 +18,8 @@ const STEADY: f64 = 0.7;
 /// A tool may set out slowly, over so much slip, m, and at this share of the usual speed or more.
 const SETS_OUT: f64 = 6e-3;
 const SLOW: f64 = 0.06;
+/// How long before the force rose the tool is looked at, s.
+const BEFORE: [f64; 2] = [0.03, 0.11];
 /// Slip after the force rose from which on the model speaks, m: before that the finger's tip gives way.
 const SETTLED: f64 = 1e-4;
 /// What the plain model leaves open of the force in each window, as a share of it.
@@ -232,7 +234,7 @@ fn moments(
     let top = motion.speed.iter().copied().fold(0.0, f64::max);
     let moves: Vec<f64> = motion.speed.iter().copied().filter(|v| *v > 0.05 * top).collect();
     let usual = median(&moves).unwrap_or(top);
-    let tool = tool_speed(interaction, plane, along);
+    let slowly = approach(interaction, plane, along, onset).is_some_and(|v| v < STEADY * usual);
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     for (t, f) in time.iter().zip(force) {
@@ -242,7 +244,7 @@ fn moments(
             slip += moment.speed * (t - before).max(0.0);
             before = *t;
         }
-        let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual && tool(*t) < STEADY * usual;
+        let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual && slowly;
         let contact = within && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
         let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
@@ -362,25 +364,13 @@ fn windows(
     out
 }
 
-/// Speed of the tool along a push, m/s, at any time: where the tool is fast and the body of the model slow, their contact is not
-/// where it was thought to be.
-fn tool_speed(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Vector2<f64>) -> impl Fn(f64) -> f64 {
+/// Speed with which the tool came to the body, m/s. One that comes fast is slowed down by the blow, which is no slow start.
+fn approach(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Vector2<f64>, onset: f64) -> Option<f64> {
     let way = plane[0] * along.x + plane[1] * along.y;
-    let (time, places): (Vec<f64>, Vec<f64>) = interaction
-        .tool_path
-        .iter()
-        .flat_map(|path| {
-            path.time
-                .iter()
-                .copied()
-                .zip(path.position.iter().map(|p| p.coords.dot(&way)))
-        })
-        .unzip();
-    move |t| {
-        let at = |t: f64| interpolate(&time, &places, t);
-        let ends = at(t + BIN).zip(at(t - BIN));
-        ends.map_or(f64::INFINITY, |(b, a)| (b - a).abs() / (2.0 * BIN))
-    }
+    let path = interaction.tool_path.as_ref()?;
+    let places: Vec<f64> = path.position.iter().map(|p| p.coords.dot(&way)).collect();
+    let at = |before: f64| interpolate(&path.time, &places, onset - before);
+    Some((at(BEFORE[0])? - at(BEFORE[1])?).abs() / (BEFORE[1] - BEFORE[0]))
 }
 
 fn tool_turn(interaction: &Interaction, t: f64) -> UnitQuaternion<f64> {

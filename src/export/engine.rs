@@ -17,7 +17,7 @@ use crate::twin::{JointKind, Model};
 pub(super) const STEP: f64 = 0.002;
 /// Share of the force through a bond that one step contributes to its running mean: the mean is over some 20 ms.
 const BOND_SHARE: f64 = 0.1;
-/// Rounds of the engine's solver within each of its steps, where a part carries several others.
+/// Rounds of the engine's solver within each of its steps, where a part carries several others or a hand is at work.
 const BRANCHED: usize = 4;
 /// Stiffness and damping between a joint and the one that it follows, over inertia and step: far below what overshoots.
 const FOLLOWING: [f64; 2] = [0.1, 0.4];
@@ -59,6 +59,12 @@ impl<'a> Engine<'a> {
     /// The scene at the first view. Nothing where there is no table, since all would fall.
     pub(super) fn new(scene: &'a Scene, model: &Model) -> Option<Self> {
         Self::of(scene, model, |_| true)
+    }
+
+    /// With more rounds of the solver: what a hand does to a joint otherwise flings about what carries it.
+    pub(super) fn refined(mut self) -> Self {
+        self.world.integration_parameters.num_internal_pgs_iterations = BRANCHED;
+        self
     }
 
     /// As [`Engine::new`], with those trees alone for which `present` holds.

@@ -53,7 +53,7 @@ pub fn manipulate_folder(folder: &Path, deed: &Deed) -> Result<Outcome> {
 pub fn film_folder(folder: &Path, deed: &Deed) -> Result<(Outcome, Vec<u8>)> {
     let (model, _) = read_twin(folder)?;
     let scene = lay_out(&model)?;
-    let mut engine = Engine::new(&scene, &model).ok_or_else(no_table)?;
+    let mut engine = Engine::new(&scene, &model).ok_or_else(no_table)?.refined();
     engine.film = Some(Film::default());
     let mut play = Play::new(engine);
     let outcome = play.carry_out(&scene, &model, deed)?;
@@ -67,7 +67,7 @@ pub fn film_folder(folder: &Path, deed: &Deed) -> Result<(Outcome, Vec<u8>)> {
 /// Where the twin has no table, or no such part or joint.
 pub fn manipulate(model: &Model, deed: &Deed) -> Result<Outcome> {
     let scene = lay_out(model)?;
-    let engine = Engine::new(&scene, model).ok_or_else(no_table)?;
+    let engine = Engine::new(&scene, model).ok_or_else(no_table)?.refined();
     Play::new(engine).carry_out(&scene, model, deed)
 }
 

@@ -269,13 +269,19 @@ fn name_causes(
     }
     let of_joints = joint_findings(model, findings);
     findings.extend(of_joints);
-    findings.extend(coupling_findings(capture, segmented, model));
+    findings.extend(told_by_one_number(capture, segmented, model));
+    findings.retain(|f| config.allows(&f.cause));
+    (asking::experiments(findings, &untestable, done), loads)
+}
+
+/// Findings that need no ladder of laws.
+fn told_by_one_number(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
+    let mut findings = coupling_findings(capture, segmented, model);
     findings.extend(sinking_findings(capture, segmented, model));
     findings.extend(scale_finding(capture, segmented));
     findings.extend(finger_findings(capture, segmented, model));
     findings.extend(presliding_findings(capture, segmented, model));
-    findings.retain(|f| config.allows(&f.cause));
-    (asking::experiments(findings, &untestable, done), loads)
+    findings
 }
 
 /// Hinges whose axis wanders.

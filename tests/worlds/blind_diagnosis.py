@@ -59,6 +59,7 @@ def main():
     parser.add_argument("--clean", type=int, default=8)
     parser.add_argument("--each", type=int, default=1)
     parser.add_argument("--quick", action="store_true", help="five effects and five clean captures; exit code 1 where one is not named or falsely so")
+    parser.add_argument("--firm-finger", action="store_true", help="the finger's tip on ten times stiffer springs")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
     arguments = parser.parse_args()
     count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0)
@@ -66,6 +67,7 @@ def main():
         capture = arguments.folder / f"{cause}-{kind}-{seed}"
         if not (capture / "truth.json").exists():
             make = [sys.executable, str(HERE / "mujoco_world.py"), str(capture), "--kind", kind, "--seed", str(seed), "--hide", cause]
+            make += ["--firm-finger"] * arguments.firm_finger
             subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
         verdict, names = named(arguments.palpate, capture, arguments.folder / f"{capture.name}.twin")
         print(f"{capture.name:45} {verdict:10} {'; '.join(' or '.join(n) for n in names)}", flush=True)

@@ -55,6 +55,8 @@ def matrix_of(quat):
 class World:
     """One scene: its MJCF, its noise, and the recorder of interactions."""
 
+    tip_springs = (1500, 4000)  # N/m, of the springs that carry its tip
+
     def __init__(self, bodies, pairs, rng, gravity_comp_tip=True, extra=""):
         self.rng = rng
         self.xml = f"""<mujoco>
@@ -74,7 +76,7 @@ class World:
 </worldbody>
 <contact>{pairs}</contact>{extra}
 </mujoco>"""
-        k = rng.uniform(1500, 4000)
+        k = rng.uniform(*self.tip_springs)
         self.xml = self.xml.format(k=k, b=2 * np.sqrt(0.02 * k))
         self.model = mujoco.MjModel.from_xml_string(self.xml)
         self.tip = self.model.geom("tip").id
@@ -584,9 +586,13 @@ def main():
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--kind", choices=[*KINDS, "toss"], required=True)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--firm-finger", action="store_true", help="its tip on springs of 15 to 30 kN/m, for 1.5 to 4")
     parser.add_argument("--views", action="store_true")
     parser.add_argument("--hide", metavar="CAUSE[:STRENGTH]", help="hide effects in the world or its sensors")
     options = parser.parse_args()
+    if options.firm_finger:
+        import hidden_scenes  # whose `World` is that of the module, not of the script
+        World.tip_springs = hidden_scenes.w.World.tip_springs = (15000, 30000)
     if options.kind == "toss":
         options.hide = options.hide or "none"
     if options.hide:

@@ -163,9 +163,14 @@ impl Pushes {
     }
 }
 
+/// When anything was first read of it, s; a tilt has no force, but the capture's clock runs.
 fn begin(interaction: &Interaction) -> f64 {
-    let first = interaction.force.as_ref().and_then(|f| f.time.first().copied());
-    first.unwrap_or(f64::INFINITY)
+    let force = interaction.force.iter().filter_map(|f| f.time.first());
+    let tool = interaction.tool_path.iter().filter_map(|p| p.time.first());
+    let support = interaction.support_path.iter().filter_map(|p| p.time.first());
+    let tracks = interaction.tracks.values().filter_map(|t| t.time.first());
+    let firsts = force.chain(tool).chain(support).chain(tracks);
+    firsts.copied().fold(f64::INFINITY, f64::min)
 }
 
 /// What is new in every push: the level of friction, the tare along and across, the direction of the contact, the

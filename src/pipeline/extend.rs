@@ -6,7 +6,7 @@ use crate::base::{Estimate, Status};
 use crate::twin::{Coupling, Detent, Diagnosis, Effect, Finding, Joint, Link, Model, RelationKind, Twin};
 
 /// Causes that lie in how something was measured and touched, not in what was.
-const OF_THE_RIG: [&str; 16] = [
+const OF_THE_RIG: [&str; 15] = [
     "contact-law",
     "contact-point-offset",
     "length-scale",
@@ -22,7 +22,6 @@ const OF_THE_RIG: [&str; 16] = [
     "tracking-error",
     "quantisation",
     "outliers",
-    "presliding",
 ];
 /// The largest draw of a notch of amplitude 1, `exp(-1/2)`; it lies at the notch's width.
 const DRAW: f64 = 0.606_530_66;

@@ -198,6 +198,20 @@ fn what_happens_when_a_push_begins_is_found() {
 }
 
 #[test]
+fn a_thing_in_the_way_is_no_patch_of_friction() {
+    let run = probed("probe-pushes", "hidden-body:2.6", 137);
+    assert_eq!(named(&run)[0], "hidden-body");
+}
+
+#[test]
+fn what_a_finger_that_touches_beside_does_to_lifts_is_no_offset_centre_either() {
+    assert_eq!(
+        named(&probed("probe-pushes", "contact-point-offset:3", 122)),
+        ["contact-point-offset"]
+    );
+}
+
+#[test]
 fn a_tether_that_is_slack_at_first_is_found() {
     let run = probed("probe-pushes", "tether", 4);
     assert_eq!(named(&run), ["tether"]);

@@ -44,11 +44,19 @@ def cases(arguments):
 
 
 def named(palpate, capture, out):
-    """The verdict and the causes that are named, each with its rivals."""
+    """The verdict, the causes that are named, each with its rivals, and the odds of the first."""
     subprocess.run([palpate, "-q", "reconstruct", str(capture), "--out", str(out)], check=True, stderr=subprocess.DEVNULL)
     diagnosis = json.loads((out / "diagnosis.json").read_text())
     names = [[f["cause"]] + [a["cause"] for a in f["alternatives"]] for f in diagnosis["findings"]]
-    return diagnosis["verdict"], names
+    odds = diagnosis["findings"][0]["probability"] if names else None
+    return diagnosis["verdict"], names, odds
+
+
+def calibration_error(told):
+    """Mean distance of the odds from how often they were right, over six ranges; what is outside the catalogue counts as wrong."""
+    edges = [0, 0.3, 0.5, 0.7, 0.85, 0.95, 1.01]
+    ranges = [[t for t in told if low <= t[0] < high] for low, high in zip(edges, edges[1:])]
+    return sum(abs(sum(odds for odds, _ in r) - sum(right for _, right in r)) for r in ranges) / len(told)
 
 
 def main():
@@ -62,6 +70,7 @@ def main():
     parser.add_argument("--firm-finger", action="store_true", help="the finger's tip on ten times stiffer springs")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
     arguments = parser.parse_args()
+    told = []
     count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0)
     for kind, cause, seed in cases(arguments):
         capture = arguments.folder / f"{cause}-{kind}-{seed}"
@@ -69,8 +78,10 @@ def main():
             make = [sys.executable, str(HERE / "mujoco_world.py"), str(capture), "--kind", kind, "--seed", str(seed), "--hide", cause]
             make += ["--firm-finger"] * arguments.firm_finger
             subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
-        verdict, names = named(arguments.palpate, capture, arguments.folder / f"{capture.name}.twin")
+        verdict, names, odds = named(arguments.palpate, capture, arguments.folder / f"{capture.name}.twin")
         print(f"{capture.name:45} {verdict:10} {'; '.join(' or '.join(n) for n in names)}", flush=True)
+        if names:
+            told.append((odds, names[0][0] == cause))
         if cause == "none":
             count["clean"] += 1
             count["false"] += bool(names)
@@ -86,6 +97,8 @@ def main():
     print(f"\nfalse names on clean captures: {count['false']} of {count['clean']}")
     print(f"hidden effects: {count['found']} of {count['hidden']} seen; first name right {count['first']}; among the names {count['among']}")
     print(f"effects outside the catalogue that got no name, or one told as not the whole: {count['passed']} of {count['outside']}")
+    if told:
+        print(f"calibration error of the odds of first names: {calibration_error(told):.3f} of {len(told)}")
     if arguments.quick and (count["false"] or count["among"] < count["hidden"]):
         sys.exit(1)
 

@@ -11,7 +11,7 @@ const CLEAR: (f64, f64) = (5.0, 0.15);
 /// Share of the error on pushes that were not fitted that it has to take away.
 const TAKEN: f64 = 0.3;
 /// Share by which the law of fast pushes may miss the mass in all of them alike.
-const FORM: f64 = 0.02;
+const FORM: f64 = 0.04;
 /// Scatter from push to push that is expected before any is seen.
 const SCATTER: f64 = 0.03;
 /// Effect size from which on forces hint at a part that swings, too weakly to name it; and its odds then.
@@ -46,7 +46,7 @@ struct Ratio {
 
 impl Ratio {
     fn of(rows: &[(&Inertial, (f64, f64))]) -> Option<Self> {
-        let telling = || rows.iter().filter(|(_, (_, sd))| *sd < WORTH);
+        let telling = || reliable(rows, |(i, _)| i).filter(|(_, (_, sd))| *sd < WORTH);
         let fitted: Vec<_> = telling().filter(|(i, _)| !i.held_out).collect();
         if fitted.len() < FEWEST {
             return None;
@@ -73,13 +73,17 @@ impl Ratio {
 /// Every link that was weighed and pushed fast, and takes more or less than its weight says to be sped up. `swings` is the effect
 /// size of a loose mass in the forces of the same pushes.
 pub fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Finding> {
+    let late = common_delay(all);
     let one = |link: &Link| {
         let weighed = link
             .mass
             .as_ref()
             .filter(|m| m.is_measured() && m.method.starts_with("lift"))?;
         let own = all.iter().filter(|i| i.link == link.name);
-        let over = |i: &Inertial| ((i.mass.0 / weighed.value).ln(), i.mass.1 / i.mass.0);
+        let over = |i: &Inertial| {
+            let (mass, sd) = i.log_mass_at(late);
+            (mass - weighed.value.ln(), sd)
+        };
         let ratio = Ratio::of(&own.map(|i| (i, over(i))).collect::<Vec<_>>())?;
         let told = ratio.left[1] < (1.0 - TAKEN) * ratio.left[0];
         let clear = told && ratio.mean.abs() > CLEAR.0 * ratio.sd && ratio.mean.abs() > CLEAR.1;
@@ -88,6 +92,20 @@ pub fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Fin
         clear.then(|| finding(&ratio, &link.name, scale, swings))
     };
     model.twin.links().filter_map(|(_, link)| one(link)).collect()
+}
+
+/// The pushes that were followed from rest on, where enough of them were: of the others the motion at the start is unknown, and now
+/// and then passes for mass.
+fn reliable<'a, T>(all: &'a [T], of: impl Fn(&T) -> &Inertial + Copy + 'a) -> impl Iterator<Item = &'a T> {
+    let enough = all.iter().filter(|i| of(i).from_rest && !of(i).held_out).count() >= FEWEST;
+    all.iter().filter(move |i| of(i).from_rest || !enough)
+}
+
+/// The delay of force behind track that all pushes share, as one capture has one pair of clocks, s, with its standard deviation.
+fn common_delay(all: &[Inertial]) -> (f64, f64) {
+    let fitted: Vec<&Inertial> = all.iter().filter(|i| !i.held_out).collect();
+    let (values, sds): (Vec<f64>, Vec<f64>) = reliable(&fitted, |i| i).map(|i| i.delay).unzip();
+    random_effects(&values, &sds, LATE.1).map_or((0.0, f64::INFINITY), |p| (p.mean, p.sd.hypot(p.between)))
 }
 
 /// That force and track are read at different times, as fast pushes start and stop.

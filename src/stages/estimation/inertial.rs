@@ -25,6 +25,21 @@ pub struct Inertial {
     pub mass: (f64, f64),
     /// How much later than the track the force is read, s, with its standard deviation.
     pub delay: (f64, f64),
+    /// By how much the logarithm of the mass goes with the delay, 1/s.
+    pub mass_by_delay: f64,
+    /// It was followed from rest on, before the finger touched.
+    pub from_rest: bool,
+}
+
+impl Inertial {
+    /// Logarithm of the mass, kg, with its standard deviation, where the delay is known from elsewhere to be `delay` (s) with its
+    /// standard deviation: what of the doubt was that of the delay is taken out.
+    pub fn log_mass_at(&self, delay: (f64, f64)) -> (f64, f64) {
+        let (mean, sd) = (self.mass.0.ln(), self.mass.1 / self.mass.0);
+        let by = self.mass_by_delay;
+        let own = (sd * sd - (by * self.delay.1).powi(2)).max((0.1 * sd).powi(2));
+        (mean - by * (self.delay.0 - delay.0), own.sqrt().hypot(by * delay.1))
+    }
 }
 
 /// Every push that was fast enough to tell of inertia, of links that moved alone.
@@ -40,14 +55,40 @@ pub fn inertial(capture: &Capture, segmented: &[Segmented], model: &Model) -> Re
         if !alone(interaction, cut, link, &model.twin) {
             return None;
         }
-        let (found, delay) = shoved_whole(interaction, cut, link, &ground, shapes.get(link)?, &config, LATE)?;
+        let (found, delay, mass_by_delay, from_rest) =
+            shoved_whole(interaction, cut, link, &ground, shapes.get(link)?, &config, LATE)?;
         Some(Inertial {
             link: link.to_owned(),
             interaction: interaction.name.clone(),
             held_out: interaction.held_out,
             mass: found.mass,
             delay,
+            mass_by_delay,
+            from_rest,
         })
     };
     Ok(pushes.filter_map(one).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_known_delay_takes_off_the_doubt_of_a_mass() {
+        let push = Inertial {
+            link: "box".into(),
+            interaction: "push".into(),
+            held_out: false,
+            mass: (2.0, 0.4),
+            delay: (0.01, 0.004),
+            mass_by_delay: 45.0,
+            from_rest: false,
+        };
+        let (mean, sd) = push.log_mass_at((0.002, 0.0));
+        assert!((mean - (2.0f64.ln() - 45.0 * 0.008)).abs() < 1e-12);
+        assert!((sd - (0.2f64 * 0.2 - 0.18 * 0.18).sqrt()).abs() < 1e-12, "{sd}");
+        let (mean, sd) = push.log_mass_at(push.delay);
+        assert!((mean - 2.0f64.ln()).abs() < 1e-12 && (sd - 0.2).abs() < 1e-12, "{sd}");
+    }
 }

@@ -40,6 +40,13 @@ const REST: f64 = 0.08;
 /// What exceeds this many times the usual force of the push is a blow; time after it until its force is forgotten, s.
 const BLOW: f64 = 2.5;
 const AFTER: f64 = 0.012;
+/// Readings, at 500 a second or fewer, from which on the impulse of a blow is known.
+const OFTEN: f64 = 4.0;
+/// Time before the touch that is compared, s: what stands there has no speed. Misfit to which the law bears it, in variances.
+const STANDS: f64 = 0.03;
+const BORNE: f64 = 3.0;
+/// Relative doubt of a push that begins at rest: how its points let go one after another, and how the load tips, are in no law here.
+const LETS_GO: f64 = 0.03;
 /// Iterations after which the best of several starts is chosen.
 const FIRST: usize = 8;
 /// Unknowns of the law; the motion at the start comes on top.
@@ -81,11 +88,16 @@ struct Told {
     whole: Accelerated,
     spun: Option<Spun>,
     delay: (f64, f64),
+    /// By how much the logarithm of the mass goes with the delay, 1/s.
+    mass_by_delay: f64,
+    from_rest: bool,
+    misfit: f64,
     basins: Vec<Basin>,
 }
 
-/// The same, however little they show, and how much later than the track the force is read, s, with its standard deviation; it
-/// is expected within `late` (1 sd), s.
+/// The same, however little they show; how much later than the track the force is read, s, with its standard deviation, expected
+/// within `late` (1 sd), s; by how much the logarithm of the mass goes with it, 1/s; and whether it
+/// could be followed from rest on.
 pub(super) fn shoved_whole(
     interaction: &Interaction,
     segmented: &Segmented,
@@ -94,9 +106,9 @@ pub(super) fn shoved_whole(
     shape: &Shape,
     config: &Config,
     late: f64,
-) -> Option<(Accelerated, (f64, f64))> {
+) -> Option<(Accelerated, (f64, f64), f64, bool)> {
     let told = shoved_on(interaction, segmented, link, ground, shape, None, config, late)?;
-    Some((told.whole, told.delay))
+    Some((told.whole, told.delay, told.mass_by_delay, told.from_rest))
 }
 
 /// The same, the force acting where the finger touches `face`.
@@ -114,12 +126,38 @@ fn shoved_on(
     config: &Config,
     late: f64,
 ) -> Option<Told> {
-    let run = run_of(interaction, segmented, link, ground, shape, face)?;
+    let told = |rest| told_by(interaction, segmented, link, ground, shape, face, config, late, rest);
+    // What the law does not bear, begun at rest, it may bear from the sliding on.
+    let whole = told(true).filter(|t| t.misfit < BORNE);
+    whole.or_else(|| told(false))
+}
+
+/// The same, from rest on, before the finger touched, or from the sliding on.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a recording, what is known beforehand, and where to look"
+)]
+fn told_by(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    shape: &Shape,
+    face: Option<&Face>,
+    config: &Config,
+    late: f64,
+    from_rest: bool,
+) -> Option<Told> {
+    let run = run_of(interaction, segmented, link, ground, shape, face, from_rest)?;
     let (fit, basins) = fit(&run, shape, late)?;
     let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
     let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
-    let form = config.model_form.hypot(FORM * (misfit - 1.0).max(0.0).sqrt());
+    let lets_go = if from_rest { LETS_GO } else { 0.0 };
+    let form = config
+        .model_form
+        .hypot(FORM * (misfit - 1.0).max(0.0).sqrt())
+        .hypot(lets_go);
     let sds = [0, 1].map(|k| (fit.sd(k) * wide).hypot(form));
     let shared = fit.covariance[(0, 1)] * wide * wide;
     let [mass, friction] = [0, 1].map(|k| (fit.x[k].exp(), fit.x[k].exp() * sds[k]));
@@ -146,6 +184,9 @@ fn shoved_on(
         whole,
         spun,
         delay: (fit.x[6], fit.sd(6) * wide),
+        mass_by_delay: fit.covariance[(0, 6)] / fit.covariance[(6, 6)].max(1e-300),
+        from_rest,
+        misfit,
         basins,
     })
 }
@@ -157,6 +198,7 @@ fn run_of(
     ground: &Ground,
     shape: &Shape,
     face: Option<&Face>,
+    from_rest: bool,
 ) -> Option<Run> {
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
@@ -168,7 +210,15 @@ fn run_of(
     let home = rest_pose(track, (rest.start, rest.end))?.0;
     let onset = segmented.of(PhaseKind::Slide).map(|p| p.start).reduce(f64::min)?;
     let tare = tare_of(interaction, segmented);
-    let from = after_blows(stream, &tare, plane, onset)?;
+    let touch = segmented
+        .of(PhaseKind::Stick)
+        .map(|p| p.start)
+        .reduce(f64::min)
+        .unwrap_or(onset);
+    let from = match after_blows(stream, &tare, plane, onset)? {
+        from if !from_rest => from,
+        from => (from <= onset).then_some(onset.min(touch) - STANDS)?,
+    };
     let origin = plane.flat(&home.translation.vector);
     let heading = |i: usize| {
         let turn: Vector3<f64> = (track.rotation[i]? * home.rotation.inverse()).scaled_axis();
@@ -242,8 +292,16 @@ fn after_blows(stream: &WrenchStream, tare: &Tare, plane: &Plane, onset: f64) ->
         .filter(|f| *f > 0.05 * strong.min(10.0))
         .collect();
     let usual = median(&touching)?;
-    let last = rows.iter().rev().find(|i| size(**i) > BLOW * usual);
-    Some(last.map_or(onset, |i| (stream.time[*i] + AFTER).max(onset)))
+    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
+    let mut end = onset;
+    for blow in rows.chunk_by(|a, b| (size(*a) > BLOW * usual) == (size(*b) > BLOW * usual)) {
+        let span = stream.time[blow[blow.len() - 1]] - stream.time[blow[0]];
+        // One that is read often enough tells its impulse.
+        if size(blow[0]) > BLOW * usual && span * rate.min(500.0) < OFTEN {
+            end = end.max(stream.time[blow[blow.len() - 1]] + AFTER);
+        }
+    }
+    Some(end)
 }
 
 /// Logarithms of mass and friction force, centre of mass off the centroid (m), logarithms of the radii over those of the

@@ -228,3 +228,32 @@ fn what_these_data_cannot_show_is_listed_with_what_would() {
     };
     assert!(shown("friction-patch") && shown("tether") && !shown("support-compliance") && !shown("joint-damping"));
 }
+
+#[test]
+fn what_slows_a_rolling_ball_is_found_and_is_no_sliding_friction() {
+    let run = probed("probe-rolls", "rolling-resistance", 1);
+    assert_eq!(named(&run), ["rolling-resistance"]);
+    let finding = &run.diagnosis.findings[0];
+    let length = &finding.parameters["k_r"];
+    assert!((length.value / 2e-4 - 1.0).abs() < 0.05, "{} m", length.value);
+    assert!(finding.gain.reduction > 0.8, "{}", finding.gain.reduction);
+    let ball = run.model.twin.link("ball").expect("the ball");
+    let rolling = ball.friction.rolling.as_ref().expect("its rolling resistance");
+    let [low, high] = rolling.ci95.expect("an interval");
+    assert!(low < 2e-4 && 2e-4 < high, "{low} to {high}");
+    // The force of a finger that rolls a ball along says nothing of how it would slide.
+    assert!(ball.friction.kinetic.as_ref().is_none_or(|f| !f.is_measured()));
+
+    let free = probed("probe-rolls", "none", 1);
+    assert!(named(&free).is_empty());
+    assert_eq!(free.diagnosis.verdict, Verdict::Adequate);
+    assert!(
+        free.model
+            .twin
+            .link("ball")
+            .expect("the ball")
+            .friction
+            .rolling
+            .is_none()
+    );
+}

@@ -26,6 +26,7 @@ const SCENES: &[(&str, &str)] = &[
     scene!("probe-pair"),
     scene!("probe-presses"),
     scene!("probe-pushes"),
+    scene!("probe-rolls"),
     scene!("resting-stack"),
     scene!("tilted-table"),
     scene!("tiny"),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A blind test of the diagnosis on worlds made with MuJoCo that hide an effect, or none.
 
-    python blind_diagnosis.py PALPATE FOLDER [--first-seed N] [--clean N] [--each N] [--kinds tin pad hinge drawer toss] [--quick]
+    python blind_diagnosis.py PALPATE FOLDER [--first-seed N] [--clean N] [--each N] [--kinds tin pad hinge drawer toss ball] [--quick]
 
 Makes the captures in FOLDER (those that are there already are kept), reconstructs each without its truth, and prints
 what was hidden beside what was named, and counts: false names on clean captures, effects found, first name right,
@@ -24,7 +24,7 @@ DRAWER = ["joint-damping", "joint-spring", "joint-stiction", "detent", "latch", 
           "joint-loose-mass", "outside-joint-texture"]
 TOSS = ["length-scale", "gravity-error", "support-tilt", "com-offset", "nonuniform-density", "tracking-error",
         "velocity-weakening-friction", "outside-wind", "outside-patch"]
-KINDS = dict(toss=TOSS, tin=TIN, pad=PAD, hinge=["joint-gravity", *DRAWER], drawer=DRAWER)
+KINDS = dict(ball=["rolling-resistance"], toss=TOSS, tin=TIN, pad=PAD, hinge=["joint-gravity", *DRAWER], drawer=DRAWER)
 
 
 QUICK = [("tin", "support-tilt"), ("pad", "hardening-stiffness"), ("hinge", "joint-spring"), ("drawer", "detent"), ("toss", "com-offset")]

@@ -361,6 +361,19 @@ class YawInertia(Tin):
         spec["yaw"] = self.parameters["factor"]
 
 
+@cause("rolling-resistance")
+class RollingResistance(Effect):
+    """MuJoCo's rolling friction, a length."""
+
+    kinds = ("ball",)
+
+    def setup(self, rng):
+        self.parameters = dict(length=2e-4 * self.strength)
+
+    def build(self, spec):
+        spec["rolling"] = self.parameters["length"]
+
+
 @cause("added-inertia")
 class AddedInertia(Tin):
     """What has to be sped up, but weighs nothing."""

@@ -401,7 +401,13 @@ def jointed(rng, effects, revolute):
     return bench, held, truth, meshes
 
 
-SCENES = dict(tin=tin, pad=pad, hinge=lambda rng, e: jointed(rng, e, True), drawer=lambda rng, e: jointed(rng, e, False))
+def rolls(rng, effects):
+    import rolling_scene  # which has its worlds from here
+    return rolling_scene.ball(rng, effects)
+
+
+SCENES = dict(tin=tin, pad=pad, hinge=lambda rng, e: jointed(rng, e, True), drawer=lambda rng, e: jointed(rng, e, False),
+              ball=rolls)
 
 
 def make(kind, seed, hidden):

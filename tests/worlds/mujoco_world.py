@@ -2,7 +2,7 @@
 """Makes captures with MuJoCo as the world: a judge that shares no physics with the estimators.
 
     python mujoco_world.py OUT --kind tin|pad|stack|glued|hinge|drawer --seed N [--views]
-    python mujoco_world.py OUT --kind tin|pad|hinge|drawer|toss --seed N --hide CAUSE[:STRENGTH][,CAUSE...]
+    python mujoco_world.py OUT --kind tin|pad|hinge|drawer|toss|ball --seed N --hide CAUSE[:STRENGTH][,CAUSE...]
 
 Needs `mujoco` and `numpy` only. OUT becomes a capture folder (format palpate-capture/1) with the right
 answers in truth.json beside it. Masses, frictions, sizes, stiffnesses, joint axes and the noise are drawn
@@ -584,7 +584,7 @@ def write_hidden(options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--kind", choices=[*KINDS, "toss"], required=True)
+    parser.add_argument("--kind", choices=[*KINDS, "toss", "ball"], required=True)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--firm-finger", action="store_true", help="its tip on springs of 15 to 30 kN/m, for 1.5 to 4")
     parser.add_argument("--views", action="store_true")

@@ -60,6 +60,7 @@ impl Hiding {
         let surroundings = Surroundings {
             place: body.frame.position,
             velocity: body.frame.velocity,
+            spin: body.frame.angular_velocity,
             gravity: *gravity,
             mass: self.mass,
             clock: self.clock,
@@ -70,6 +71,7 @@ impl Hiding {
             if stands || law.acts_in_the_air() {
                 let force = law.advance(&surroundings);
                 body.wrench.push(&surroundings.place, force);
+                body.wrench.moment += law.couple(&surroundings);
             }
         }
         self.clock += dt;

@@ -5,13 +5,14 @@ use rand::Rng;
 use super::draw::effect;
 use super::law::Effect;
 use crate::base::{Error, Result, Seed, nearest_name, rng_for};
-use crate::lab::{ActionSpec, HideSpec, Scene};
+use crate::lab::{ActionSpec, BodySpec, HideSpec, Scene, ShapeSpec};
 use crate::twin::Truth;
 
 /// What must be done in a scene for a cause to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shows {
     Push,
+    Roll,
     Press,
     Turn,
     Pair,
@@ -32,6 +33,8 @@ const CAUSES: &[(&str, Shows)] = &[
     ("tool-friction", Shows::Push),
     ("com-offset", Shows::Push),
     ("yaw-inertia", Shows::Push),
+    ("nonuniform-density", Shows::Push),
+    ("rolling-resistance", Shows::Roll),
     ("loose-mass", Shows::Push),
     ("added-inertia", Shows::Push),
     ("support-tilt", Shows::Push),
@@ -90,9 +93,14 @@ const CAUSES: &[(&str, Shows)] = &[
 ];
 
 fn shows(scene: &Scene, what: Shows) -> bool {
+    let round = |name: &String| {
+        let ball = |b: &&BodySpec| matches!(b.shape, ShapeSpec::Sphere { .. });
+        scene.body.iter().filter(ball).any(|b| &b.name == name)
+    };
     let hinged = |name: &String| scene.joint.iter().any(|j| &j.b == name || &j.a == name);
     scene.action.iter().any(|action| match (what, action) {
-        (Shows::Push, ActionSpec::Push { target, .. }) => !hinged(target),
+        (Shows::Push, ActionSpec::Push { target, .. }) => !hinged(target) && !round(target),
+        (Shows::Roll, ActionSpec::Push { target, .. }) => !hinged(target) && round(target),
         (Shows::Press, ActionSpec::Press { target, .. }) => {
             scene.body.iter().any(|b| &b.name == target && b.foam.is_some())
         }

@@ -124,6 +124,14 @@ impl Draw {
                 damping: self.uniform("damping_ratio", 0.03, 0.3),
                 state: None,
             },
+            "rolling-resistance" => SlideLaw::Rolling {
+                length: self.say("length", 2e-4 * s),
+                rises: if self.rng.random::<bool>() {
+                    self.say("rises", 0.3)
+                } else {
+                    0.0
+                },
+            },
             "added-inertia" => SlideLaw::AddedInertia {
                 mass: self.say("share", 0.3 * s),
             },
@@ -217,6 +225,10 @@ impl Draw {
             "com-offset" => {
                 let offset = self.heading() * self.say("distance", 0.010 * s);
                 Setting::Centre([offset.x, offset.y])
+            }
+            "nonuniform-density" => {
+                let offset = self.heading() * self.say("distance", 0.008 * s);
+                Setting::Uneven([offset.x, offset.y], self.say("factor", (0.4 * s).exp().min(1.9)))
             }
             "yaw-inertia" => {
                 let sign = self.sign();

@@ -18,6 +18,8 @@ pub(in crate::lab) enum Setting {
     Centre([f64; 2]),
     /// Factor on the inertia of the target about its vertical axis.
     YawInertia(f64),
+    /// Both.
+    Uneven([f64; 2], f64),
     /// Factor on the friction between tools and what they push.
     ToolFriction(f64),
 }
@@ -61,6 +63,10 @@ pub(in crate::lab) fn alter_solids(effects: &[Effect], target: &str, solids: &mu
     for setting in settings(effects) {
         match *setting {
             Setting::Centre([x, y]) => solid.com += Vector3::new(x, y, 0.0),
+            Setting::Uneven([x, y], factor) => {
+                solid.com += Vector3::new(x, y, 0.0);
+                solid.inertia[(2, 2)] *= factor;
+            }
             Setting::YawInertia(factor) => solid.inertia[(2, 2)] *= factor,
             _ => {}
         }

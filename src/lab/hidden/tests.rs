@@ -7,7 +7,13 @@ use super::*;
 use crate::base::{Progress, Seed};
 use crate::lab::{HideSpec, Scene, Synthetic, scene_named, synthesise};
 
-const SCENES: [&str; 4] = ["probe-pushes", "probe-presses", "probe-hinge", "probe-pair"];
+const SCENES: [&str; 5] = [
+    "probe-pushes",
+    "probe-rolls",
+    "probe-presses",
+    "probe-hinge",
+    "probe-pair",
+];
 
 /// The scene with these of its actions only.
 fn short(name: &str, actions: &[usize]) -> Scene {

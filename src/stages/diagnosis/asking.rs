@@ -139,6 +139,8 @@ const PARTING: [(&[&str], &str); 25] = [
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Done {
     pub pushed: bool,
+    /// Something rolled on by itself.
+    pub rolled: bool,
     pub pressed: bool,
     /// Joints were moved through what shows their laws.
     pub turned: bool,
@@ -211,9 +213,15 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
             "hang a known weight on the tool, and repeat a push with two known loads on top",
         ));
         out.push((
-            &["yaw-inertia", "rolling-resistance", "contact-law"],
+            &["yaw-inertia", "contact-law"],
             "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
         ));
+        if !done.rolled {
+            out.push((
+                &["rolling-resistance"],
+                "push what is round so that it rolls on by itself, at two speeds and along two headings",
+            ));
+        }
     }
     if done.turned && done.joints < 2 {
         out.push((

@@ -18,6 +18,7 @@ use super::onset::presliding_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
+use super::rolls::rolls;
 use super::sensor::{rounded_away, sensor_findings};
 use super::sinking::sinking_findings;
 use super::tosses::of_all_bodies;
@@ -27,7 +28,7 @@ use super::{Config, Curve, Trace, asking, named};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented, SensorFaults};
 use crate::stages::estimation::{Inertial, inertial};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Model, Verdict};
+use crate::twin::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -89,9 +90,14 @@ pub fn diagnose(
     let swings = |f: &Finding| matches!(f.cause.as_str(), "loose-mass" | "added-inertia");
     let fast = curves.fast.as_slice();
     let fast = if findings.iter().any(swings) { &[] } else { fast };
-    let late = delay_finding(&traces).or_else(|| inertia::delay_finding(fast));
+    let slid: Vec<Trace> = traces
+        .iter()
+        .filter(|t| !curves.rolled.contains(&t.interaction))
+        .cloned()
+        .collect();
+    let late = delay_finding(&slid).or_else(|| inertia::delay_finding(fast));
     findings.extend(late);
-    findings.extend(frame_finding(&traces));
+    findings.extend(frame_finding(&slid));
     findings.extend(sensor_findings(faults));
     findings.retain(|f| config.allows(&f.cause));
     say(capture, &traces, notices);
@@ -140,6 +146,8 @@ struct Loads {
     /// Named causes leave something that has no name.
     left: bool,
     effect_sizes: BTreeMap<&'static str, f64>,
+    /// Interactions after which a body rolled on.
+    rolled: Vec<String>,
     /// Fast pushes followed as a whole.
     fast: Vec<Inertial>,
 }
@@ -240,9 +248,15 @@ fn name_causes(
             .full
             .extend(joint.iter().flat_map(|m| m.curves(&ladder.full)).map(owned));
     }
+    let rolls = rolls(capture, segmented, model);
+    findings.extend(rolls.findings);
+    loads.rolled = rolls.plain.iter().map(|t| t.interaction.clone()).collect();
+    loads.plain_tosses.extend(rolls.plain);
+    loads.full_tosses.extend(rolls.full);
     let tossed = of_all_bodies(capture, model);
     let done = asking::Done {
         pushed: pushes.is_some(),
+        rolled: !loads.rolled.is_empty(),
         pressed: presses.is_some(),
         turned: !motions.is_empty(),
         joints: model.twin.joints().count(),
@@ -266,12 +280,43 @@ fn name_causes(
         if !findings.iter().any(acted_on) {
             findings.extend(yaw_findings(capture, model));
         }
+    } else if findings.iter().filter(|f| acted_on(f)).all(|f| f.cause == "com-offset") {
+        uneven(findings, yaw_findings(capture, model), model);
     }
     let of_joints = joint_findings(model, findings);
     findings.extend(of_joints);
     findings.extend(told_by_one_number(capture, segmented, model));
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &untestable, done), loads)
+}
+
+/// Odds that a body whose centre is not the shape's has another inertia too, where nothing spun it.
+const OPEN: f64 = 0.07;
+
+/// A centre of mass that is not the shape's and a yaw inertia that is not either are one thing: a density that is not even.
+fn uneven(findings: &mut [Finding], yaws: Vec<Finding>, model: &Model) {
+    for yaw in yaws {
+        if let Some(offset) = findings.iter_mut().find(|f| f.place == yaw.place) {
+            offset.cause = "nonuniform-density".into();
+            offset.parameters.extend(yaw.parameters);
+            offset.evidence.extend(yaw.evidence);
+        }
+    }
+    let spun = |name: &str| {
+        let inertia = model.twin.link(name).and_then(|l| l.inertia.as_ref());
+        inertia.is_some_and(|i| i.is_measured())
+    };
+    for offset in findings
+        .iter_mut()
+        .filter(|f| f.cause == "com-offset" && !spun(&f.place))
+    {
+        // Nothing spun it: whether its inertia is the shape's as well is open.
+        offset.probability -= OPEN.min(offset.probability);
+        offset.alternatives.push(CauseOdds {
+            cause: "nonuniform-density".into(),
+            probability: OPEN,
+        });
+    }
 }
 
 /// Findings that need no ladder of laws.

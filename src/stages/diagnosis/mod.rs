@@ -38,6 +38,7 @@ mod push_places;
 mod push_ringing;
 mod push_states;
 mod pushes;
+mod rolls;
 mod screen;
 mod sensor;
 mod sinking;

@@ -9,7 +9,7 @@ use super::push_motion::{Motion, impact, rise};
 use super::push_ringing::{self, Ringing};
 use crate::capture::Interaction;
 use crate::math::{interpolate, median};
-use crate::stages::estimation::{action_of, replay_push, travel_direction};
+use crate::stages::estimation::{action_of, replay_push, travel_direction, tumbles};
 
 /// Seconds of one sample.
 const BIN: f64 = 0.02;
@@ -118,6 +118,10 @@ impl Observed {
         let action = action_of(scene.capture, interaction, scene.segmented, model)?;
         let body = model.twin.body_of(&action.target).filter(|b| b.links.len() == 1)?;
         let link = body.links.first()?;
+        let normal = action.normal.into_inner();
+        if interaction.tracks.get(&link.name).is_some_and(|t| tumbles(t, &normal)) {
+            return None;
+        }
         let direction = travel_direction(&action)?;
         let (_, found) = replay_push(model, interaction, scene.segmented, &action, 0.0, 3)?;
         let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&plane[0]), v.dot(&plane[1]));

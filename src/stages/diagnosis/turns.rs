@@ -16,7 +16,7 @@ use super::push_catalogue::law;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::geometry::mass_properties;
 use crate::physics::pressed_underside;
-use crate::stages::estimation::{Turned, support_normal, turned};
+use crate::stages::estimation::{Turned, support_normal, tumbles, turned};
 use crate::twin::{Link, Model};
 
 mod form {
@@ -194,6 +194,10 @@ fn rows_of(
         .filter(|b| b.links.len() == 1)?
         .links
         .first()?;
+    let normal = support_normal(capture, model);
+    if interaction.tracks.get(&name).is_some_and(|t| tumbles(t, &normal)) {
+        return None;
+    }
     let stretches = turned(capture, interaction, cut, model, &name)?;
     let mesh = model.meshes.get(link.mesh.as_ref()?)?;
     let centroid = mass_properties(mesh)?.centroid;

@@ -12,6 +12,7 @@ use super::face::Face;
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
 use super::push::{Plane, Push, read_push_on};
+use super::rolling::tumbles;
 use super::shoved::shoved;
 use super::spin::Spun;
 use super::tilt::{Slide, slide_of};
@@ -177,6 +178,12 @@ fn read_one(
         }
         Kind::Push | Kind::Pull => {
             let company = company(interaction, cut, link, &model.twin);
+            let track = interaction.tracks.get(link);
+            if matches!(company, Company::Alone) && track.is_some_and(|t| tumbles(t, &ground.plane.normal)) {
+                let words = format!("`{link}` rolls or tips over: how it slides does not show");
+                notices.note("estimation", &interaction.name, words);
+                return true;
+            }
             let face = face_of(interaction, cut, link, model, ground);
             let face = face.as_ref();
             let alone = matches!(company, Company::Alone) && interaction.kind == Kind::Push;

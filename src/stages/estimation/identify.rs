@@ -16,6 +16,7 @@ use super::joint::joint_dynamics;
 use super::materials::{MaterialFriction, material_friction};
 use super::push::Plane;
 use super::resolve::{Before, conclude};
+use super::rolling::write_rolling;
 use super::share::share_out;
 use super::solid::{Solid, solid_of};
 use super::toss::identify_tosses;
@@ -57,6 +58,7 @@ pub fn identify(
     fit_chains(capture, segmented, model, notices);
     fit_fingers(capture, segmented, model);
     identify_tosses(capture, model, notices);
+    write_rolling(capture, segmented, model);
     Ok(())
 }
 

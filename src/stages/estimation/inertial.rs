@@ -7,6 +7,7 @@ use crate::twin::Model;
 use super::Config;
 use super::facts::{alone, ground_of, subject};
 use super::identify::{befores, shapes};
+use super::rolling::tumbles;
 use super::shoved::shoved_whole;
 
 /// Delay between force and track that is thought possible where something may be wrong (1 sd), s.
@@ -52,7 +53,8 @@ pub fn inertial(capture: &Capture, segmented: &[Segmented], model: &Model) -> Re
     let one = |interaction: &crate::capture::Interaction| {
         let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
         let link = subject(interaction, cut)?;
-        if !alone(interaction, cut, link, &model.twin) {
+        let track = interaction.tracks.get(link)?;
+        if !alone(interaction, cut, link, &model.twin) || tumbles(track, &ground.plane.normal) {
             return None;
         }
         let (found, delay, mass_by_delay, from_rest) =

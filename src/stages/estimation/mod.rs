@@ -34,6 +34,7 @@ mod press;
 mod push;
 mod replay;
 mod resolve;
+mod rolling;
 mod share;
 mod shoved;
 mod slip;
@@ -57,6 +58,7 @@ pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table, materials_from_toml};
 pub use next_touch::{ArcTouch, NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted, arc_touches};
 pub use replay::{replay_push, travel_direction};
+pub use rolling::{Rolled, rolled, tumbles};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
     conditions_of, flight_of, flying as sought_of_flights, rigid as sought_of_tosses, subjects as tossed_subjects,

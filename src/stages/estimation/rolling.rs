@@ -1,0 +1,213 @@
+//! Round bodies that roll on once nothing touches them, and what slows them.
+//!
+//! Rolling without resistance on a level support keeps its speed. Where the support's push acts a length `k` ahead of the middle
+//! (Johnson, *Contact Mechanics*, 1985, section 9.1), the body loses `g k R / (R² + ρ²)` of speed a second, with its radius `R`
+//! and its radius of gyration `ρ` about the axis that it turns on.
+
+use nalgebra::{DMatrix, DVector, Point3, UnitQuaternion, Vector3};
+
+use super::facts::{Ground, alone, ground_of, subject};
+use super::pool::pooled;
+use super::solid::solid_of;
+use crate::capture::{Capture, Interaction, Kind, PhaseKind, PoseStream, Segmented};
+use crate::math::{effective_samples, median, weighted_linear};
+use crate::twin::Model;
+
+/// Time after the tool is gone from which on it rolls freely, s.
+const SETTLED: f64 = 0.06;
+/// Stretches over which a speed is taken, s; the share of the first speed below which it has come to rest, and the least speed, m/s.
+const PACE: f64 = 0.1;
+const STOPS: f64 = 0.25;
+const ROLLS: f64 = 0.015;
+/// How far the turn may be from that of rolling, as a share.
+const SLIPS: f64 = 0.12;
+/// Fewest poses of a way.
+const FEWEST: usize = 15;
+/// Poses that lean before it counts.
+const FEW: usize = 3;
+/// What of `R² + ρ²` the inside of a body leaves open, as a share: a hollow ball has 1.19 times that of a full one.
+const INSIDE: f64 = 0.08;
+/// Scatter of rolling resistance from push to push, as a share; standard deviations from none from which on the twin has it.
+const SCATTER: f64 = 0.1;
+const CLEAR: f64 = 3.0;
+/// Share of its way after which it is foretold.
+const BEGINS: f64 = 1.0 / 3.0;
+
+/// Leaning of a body beyond which it rolls or tips rather than slides, rad.
+const LEANS: f64 = 0.35;
+
+/// Whether a thing rolls or tips over in an interaction: its friction on the support does not show then.
+pub fn tumbles(track: &PoseStream, normal: &Vector3<f64>) -> bool {
+    let mut turns = track.rotation.iter().flatten();
+    let Some(first) = turns.next() else { return false };
+    let leaning = turns.filter(|q| (*q * first.inverse() * normal).angle(normal) > LEANS);
+    // One stray pose is none.
+    leaning.take(FEW).count() == FEW
+}
+
+/// A body that rolled on freely after a push.
+#[derive(Clone, Debug)]
+pub struct Rolled {
+    /// The link.
+    pub link: String,
+    /// Which push.
+    pub interaction: String,
+    /// It was not used to fit.
+    pub held_out: bool,
+    /// Seconds, as in the recording, and the way since the first of them, m.
+    pub time: Vec<f64>,
+    /// m.
+    pub way: Vec<f64>,
+    /// Noise of the way, m.
+    pub noise: f64,
+    /// Unit direction in which it rolled, world.
+    pub heading: Vector3<f64>,
+    /// Mean speed, m/s.
+    pub speed: f64,
+    /// Speed lost a second, m/s², with its standard deviation.
+    pub slowing: (f64, f64),
+    /// Length of rolling resistance for each m/s² of slowing, s².
+    pub length: f64,
+    /// `(R² + ρ²)/R²`.
+    pub inert: f64,
+}
+
+impl Rolled {
+    /// The way that it should go if it lost `slowing` (m/s²) of speed a second, m: from the first third of its way, which
+    /// is no prediction and `NaN` here.
+    pub fn foretold(&self, slowing: f64) -> Vec<f64> {
+        let n = self.time.len();
+        let first = ((n as f64 * BEGINS) as usize).clamp(5, n);
+        let t: Vec<f64> = self.time.iter().map(|t| t - self.time[0]).collect();
+        let fallen = |t: f64| -0.5 * slowing * t * t;
+        let matrix = DMatrix::from_fn(first, 2, |i, j| if j == 0 { 1.0 } else { t[i] });
+        let right = DVector::from_fn(first, |i, _| self.way[i] - fallen(t[i]));
+        let Some(fit) = weighted_linear(&matrix, &right, &DVector::from_element(first, 1.0)) else {
+            return vec![f64::NAN; n];
+        };
+        let one = |i: usize| {
+            if i < first {
+                f64::NAN
+            } else {
+                fit.x[0] + fit.x[1] * t[i] + fallen(t[i])
+            }
+        };
+        (0..n).map(one).collect()
+    }
+}
+
+/// Every push after which a body rolled on alone.
+pub fn rolled(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Rolled> {
+    let ground = ground_of(capture, &model.twin);
+    let pushes = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
+    let one = |interaction: &Interaction| {
+        let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
+        let link = subject(interaction, cut)?;
+        alone(interaction, cut, link, &model.twin).then_some(())?;
+        rolled_on(interaction, cut, link, &ground, model)
+    };
+    pushes.filter_map(one).collect()
+}
+
+fn rolled_on(interaction: &Interaction, cut: &Segmented, name: &str, ground: &Ground, model: &Model) -> Option<Rolled> {
+    let link = model.twin.link(name)?;
+    let solid = solid_of(model.meshes.get(link.mesh.as_ref()?)?)?;
+    let track = interaction.tracks.get(name).filter(|t| !t.is_snapshot_pair())?;
+    let free = cut.of(PhaseKind::Release).map(|p| p.start).reduce(f64::max)? + SETTLED;
+    let place = |i: usize| Some((track.pose(i)?.0 * solid.centroid, track.rotation[i]?));
+    let rows: Vec<(f64, Point3<f64>, UnitQuaternion<f64>)> = (0..track.len())
+        .filter(|i| track.time[*i] >= free)
+        .filter_map(|i| place(i).map(|(p, q)| (track.time[i], p, q)))
+        .collect();
+    let rows = while_it_moves(&rows)?;
+    let (first, last) = (rows.first()?, rows.last()?);
+    let normal = ground.plane.normal;
+    let along = last.1 - first.1;
+    let heading = (along - normal * along.dot(&normal)).try_normalize(1e-3)?;
+    let radius = median(
+        &rows
+            .iter()
+            .map(|r| (r.1 - ground.point).dot(&normal))
+            .collect::<Vec<_>>(),
+    )?;
+    let axis = normal.cross(&heading);
+    let turned: f64 = rows
+        .windows(2)
+        .map(|w| (w[1].2 * w[0].2.inverse()).scaled_axis().dot(&axis))
+        .sum();
+    if radius <= 0.0 || (turned * radius / along.dot(&heading) - 1.0).abs() > SLIPS {
+        return None;
+    }
+    let own = first.2.inverse() * axis;
+    let gyration = own.dot(&(solid.inertia * own)) / solid.volume;
+    let inert = 1.0 + gyration / (radius * radius);
+    let noise = cut.position_noise.unwrap_or(3e-4).max(2e-5);
+    let time: Vec<f64> = rows.iter().map(|r| r.0).collect();
+    let way: Vec<f64> = rows.iter().map(|r| (r.1 - first.1).dot(&heading)).collect();
+    let matrix = DMatrix::from_fn(rows.len(), 3, |i, j| {
+        let t = time[i] - time[0];
+        [1.0, t, -0.5 * t * t][j]
+    });
+    let weights = DVector::from_element(rows.len(), noise.powi(-2));
+    let fit = weighted_linear(&matrix, &DVector::from_vec(way.clone()), &weights)?;
+    let left = fit.residuals.as_slice();
+    let memory = (left.len() as f64 / effective_samples(left).max(1.0)).clamp(1.0, 10.0);
+    let misfit = fit.residuals.norm_squared() / (noise * noise * (rows.len() as f64 - 3.0));
+    Some(Rolled {
+        link: name.to_owned(),
+        interaction: interaction.name.clone(),
+        held_out: interaction.held_out,
+        speed: along.dot(&heading) / (last.0 - first.0),
+        time,
+        way,
+        noise,
+        heading,
+        slowing: (fit.x[2], fit.sd(2) * (memory * misfit.max(1.0)).sqrt()),
+        length: radius * inert / ground.gravity.norm(),
+        inert,
+    })
+}
+
+/// One pose: time, centroid, turn.
+type Row = (f64, Point3<f64>, UnitQuaternion<f64>);
+
+/// The rows until it has all but stopped; `None` where it never rolled on.
+fn while_it_moves(rows: &[Row]) -> Option<&[Row]> {
+    let speed_at = |i: usize| {
+        let j = rows.iter().position(|r| r.0 > rows[i].0 + PACE)?;
+        Some((rows[j].1 - rows[i].1).norm() / (rows[j].0 - rows[i].0))
+    };
+    let at_first = speed_at(0).filter(|v| *v > ROLLS)?;
+    let end = (0..rows.len())
+        .find(|i| speed_at(*i).is_none_or(|v| v < STOPS * at_first))
+        .unwrap_or(rows.len());
+    let ended = rows.get(end).map_or(f64::INFINITY, |r| r.0);
+    // Where the recording ends while it rolls, so do the speeds, a stretch before.
+    let until = if speed_at(end).is_none() {
+        rows.len()
+    } else {
+        rows.partition_point(|r| r.0 <= ended)
+    };
+    (until >= FEWEST).then(|| &rows[..until])
+}
+
+/// Writes the length of rolling resistance of links that rolled, where it stands out.
+pub(super) fn write_rolling(capture: &Capture, segmented: &[Segmented], model: &mut Model) {
+    let all = rolled(capture, segmented, model);
+    let mut names: Vec<&str> = all.iter().map(|r| r.link.as_str()).collect();
+    names.dedup();
+    for name in names {
+        let own: Vec<&Rolled> = all.iter().filter(|r| r.link == name && !r.held_out).collect();
+        let trials: Vec<(f64, f64)> = own
+            .iter()
+            .map(|r| (r.slowing.0 * r.length, r.slowing.1 * r.length))
+            .collect();
+        let from: Vec<String> = own.iter().map(|r| r.interaction.clone()).collect();
+        let middle = median(&trials.iter().map(|t| t.0).collect::<Vec<_>>()).unwrap_or(0.0);
+        let found = pooled(&trials, SCATTER, INSIDE * middle.abs(), "m", from, "rolling-on");
+        let clear = found.filter(|e| e.sd.is_some_and(|sd| e.value > CLEAR * sd));
+        if let (Some(found), Some(link)) = (clear, model.twin.link_mut(name)) {
+            link.friction.rolling = Some(found);
+        }
+    }
+}

@@ -290,8 +290,10 @@ fn name_causes(
     (asking::experiments(findings, &untestable, done), loads)
 }
 
-/// Odds that a body whose centre is not the shape's has another inertia too, where nothing spun it.
+/// Odds that a body whose centre is not the shape's has another inertia too, where that is not known.
 const OPEN: f64 = 0.07;
+/// Doubt of an inertia, as a share, up to which it is known not to be another.
+const KNOWN: f64 = 0.08;
 
 /// A centre of mass that is not the shape's and a yaw inertia that is not either are one thing: a density that is not even.
 fn uneven(findings: &mut [Finding], yaws: Vec<Finding>, model: &Model) {
@@ -304,13 +306,16 @@ fn uneven(findings: &mut [Finding], yaws: Vec<Finding>, model: &Model) {
     }
     let spun = |name: &str| {
         let inertia = model.twin.link(name).and_then(|l| l.inertia.as_ref());
-        inertia.is_some_and(|i| i.is_measured())
+        inertia.filter(|i| i.is_measured()).is_some_and(|i| {
+            // The axis that it was spun about is the one that is known.
+            let known = |k: usize| i.sd.is_some_and(|sd| sd[k] < KNOWN * i.value[k]);
+            (0..3).any(known)
+        })
     };
     for offset in findings
         .iter_mut()
         .filter(|f| f.cause == "com-offset" && !spun(&f.place))
     {
-        // Nothing spun it: whether its inertia is the shape's as well is open.
         offset.probability -= OPEN.min(offset.probability);
         offset.alternatives.push(CauseOdds {
             cause: "nonuniform-density".into(),

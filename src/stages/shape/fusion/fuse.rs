@@ -133,7 +133,8 @@ impl Fusion {
                     Ok((view, asked))
                 })
                 .collect::<Result<_>>()?;
-            self.grid.touch_all(views.iter().flat_map(|(_, asked)| asked.all()).copied());
+            self.grid
+                .touch_all(views.iter().flat_map(|(_, asked)| asked.all()).copied());
             let views: Vec<&Prepared> = views.iter().map(|(view, _)| view).collect();
             fill(&mut self.grid, &views, &self.config)?;
         }

@@ -68,7 +68,7 @@ fn snapshots_tell_friction_and_leave_the_mass_open() {
     let arguments = ["--seed", "11", "--thing", "box", "--trials", "4", "--friction", "0.4"];
     let train = [
         "--train",
-        "stick:push,stick:tap_from_left,rake:tap_from_right,rake:draw",
+        "stick:push,stick:tap_from_left,rake:tap_from_right,rake:draw,hook:tap_from_left",
     ];
     let Some(capture) = made(folder.path(), &[arguments.as_slice(), train.as_slice()].concat()) else {
         return;

@@ -137,9 +137,14 @@ fn apart(theirs: &[Effect], ours: &[Effect]) -> [f64; 4] {
     ]
 }
 
+/// The seed of the first task; `PALPATE_FROM` names another.
+fn first() -> String {
+    std::env::var("PALPATE_FROM").unwrap_or_else(|_| "1000".into())
+}
+
 /// Effects beside those of MuJoCo and of rapier, and those of the two beside each other.
 pub fn beside_engines(count: usize) {
-    let said = json(&python(&["benches/snapshots_tasks.py", &count.to_string()]));
+    let said = json(&python(&["benches/snapshots_tasks.py", &count.to_string(), &first()]));
     let tasks: Vec<Task> = said["tasks"]
         .as_array()
         .expect("tasks")

@@ -1,14 +1,15 @@
 //! Sparse blocks of signed distance samples, laid out for speed: one array per quantity and block.
 
+use rayon::prelude::*;
+
+use super::block_keys::BlockKeys;
+
 /// Samples along one edge of a block.
 pub const BLOCK: i32 = 8;
 /// Samples of one block.
 pub const BLOCK_SAMPLES: usize = (BLOCK * BLOCK * BLOCK) as usize;
 /// How much more must have gone through a surface than stopped at it before it is none: views disagree.
 const SEEN_THROUGH: f32 = 2.5;
-/// Keys reach this many blocks from the origin along each axis.
-pub const KEY_REACH: i32 = 1 << 20;
-
 /// Samples of a unit.
 pub const UNIT_SAMPLES: usize = 16;
 
@@ -100,10 +101,8 @@ impl Block {
 pub struct BlockGrid {
     /// Edge of a voxel, m. Voxel `i` is sampled at `(i + 0.5) * voxel`.
     pub voxel: f64,
-    keys: Vec<[i32; 3]>,
+    keys: BlockKeys,
     blocks: Vec<Box<Block>>,
-    /// Open addressing with linear probing: position of the block plus one, 0 = none.
-    slots: Vec<u32>,
 }
 
 impl BlockGrid {
@@ -111,18 +110,15 @@ impl BlockGrid {
     pub fn new(voxel: f64) -> Self {
         Self {
             voxel,
-            keys: Vec::new(),
+            keys: BlockKeys::default(),
             blocks: Vec::new(),
-            slots: vec![0; 1 << 12],
         }
     }
 
     /// A grid that keeps the given blocks, in which nothing was observed.
     pub fn with_keys(voxel: f64, keys: &[[i32; 3]]) -> Self {
         let mut grid = Self::new(voxel);
-        for key in keys {
-            grid.touch(*key);
-        }
+        grid.touch_all(keys.iter().copied());
         grid
     }
 
@@ -133,7 +129,7 @@ impl BlockGrid {
 
     /// The keys of the blocks, in the order of the blocks.
     pub fn keys(&self) -> &[[i32; 3]] {
-        &self.keys
+        self.keys.all()
     }
 
     /// The blocks.
@@ -143,56 +139,36 @@ impl BlockGrid {
 
     /// Keys and blocks together, to be filled in parallel.
     pub fn parts_mut(&mut self) -> (&[[i32; 3]], &mut [Box<Block>]) {
-        (&self.keys, &mut self.blocks)
+        (self.keys.all(), &mut self.blocks)
     }
 
     /// The position of a block, if it is kept.
     pub fn find(&self, key: [i32; 3]) -> Option<usize> {
-        match self.slots[self.slot(key)] {
-            0 => None,
-            at => Some(at as usize - 1),
-        }
+        self.keys.find(key)
     }
 
     /// Keeps a block from now on; one that lies too far out to be addressed is left out.
     pub fn touch(&mut self, key: [i32; 3]) {
-        let slot = self.slot(key);
-        if self.slots[slot] != 0 || key.iter().any(|k| k.abs() >= KEY_REACH) {
-            return;
-        }
-        self.keys.push(key);
-        self.blocks.push(Box::default());
-        self.slots[slot] = self.keys.len() as u32;
-        if self.keys.len() * 2 > self.slots.len() {
-            self.slots = vec![0; self.slots.len() * 2];
-            for at in 0..self.keys.len() {
-                let slot = self.slot(self.keys[at]);
-                self.slots[slot] = at as u32 + 1;
-            }
+        if self.keys.insert(key) {
+            self.blocks.push(Box::default());
         }
     }
 
-    /// The slot that holds a key, or the free one where it belongs.
-    fn slot(&self, key: [i32; 3]) -> usize {
-        let [x, y, z] = key.map(|k| u64::from((k.wrapping_add(KEY_REACH)) as u32));
-        let packed = x | (y << 21) | (z << 42);
-        let mask = self.slots.len() - 1;
-        let mut slot = (packed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as usize & mask;
-        loop {
-            match self.slots[slot] {
-                0 => return slot,
-                at if self.keys[at as usize - 1] == key => return slot,
-                _ => slot = (slot + 1) & mask,
-            }
+    /// Keeps blocks from now on, in this order; their memory is asked for on all threads.
+    pub fn touch_all(&mut self, keys: impl IntoIterator<Item = [i32; 3]>) {
+        for key in keys {
+            self.keys.insert(key);
         }
+        let new = self.blocks.len()..self.keys.all().len();
+        self.blocks.par_extend(new.into_par_iter().map(|_| Box::default()));
     }
 
     /// Drops the blocks in which nothing was observed or stopped light.
     pub fn drop_empty(&mut self) {
         let mut kept = Self::new(self.voxel);
-        for (key, block) in self.keys.drain(..).zip(self.blocks.drain(..)) {
+        for (key, block) in self.keys.all().iter().zip(self.blocks.drain(..)) {
             if block.units.iter().flat_map(|u| u.weight).any(|w| w > 0.0) {
-                kept.touch(key);
+                kept.touch(*key);
                 if let Some(last) = kept.blocks.last_mut() {
                     *last = block;
                 }

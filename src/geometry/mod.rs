@@ -1,6 +1,7 @@
 //! Shapes: meshes, distance fields, hulls, triangulations. No material, no camera.
 
 mod atlas;
+mod block_keys;
 mod blocks;
 mod closing;
 mod components;
@@ -26,7 +27,8 @@ mod texture;
 mod topology;
 
 pub use atlas::{Atlas, Texel, cover_triangle};
-pub use blocks::{BLOCK, BLOCK_SAMPLES, Block, BlockGrid, KEY_REACH, UNIT_SAMPLES, Unit, unit_of};
+pub use block_keys::{BlockKeys, KEY_REACH};
+pub use blocks::{BLOCK, BLOCK_SAMPLES, Block, BlockGrid, UNIT_SAMPLES, Unit, unit_of};
 pub use closing::{boundary_loops, cap_at_zero, close_loops, cut_below};
 pub use components::{
     UnionFind, directed_edges, edge_defects, number_sets, submesh, unique_edges, vertex_components, vertex_normals,

@@ -62,15 +62,16 @@ def write_obj(path, points):
 
 
 class World:
-    def __init__(self, thing, points, tool, mu, tool_mu, rolling, mass):
+    def __init__(self, thing, points, tool, mu, tool_mu, rolling, mass, step=STEP, yields=0.004):
+        self.step = step
         shape = {"sphere": "sphere", "box": "box", "cylinder": "cylinder"}[tool["shape"]]
         asset, geom = "", f'<geom name="o" type="sphere" size="{np.linalg.norm(points[0])}" mass="{mass}"/>'
         if thing != "ball":
             asset = '<asset><mesh name="o" vertex="%s"/></asset>' % " ".join("%.6f" % x for x in points.ravel())
             geom = f'<geom name="o" type="mesh" mesh="o" mass="{mass}"/>'
         self.model = mujoco.MjModel.from_xml_string(f"""<mujoco>
-<option timestep="{STEP}" gravity="0 0 -{G}" cone="elliptic" impratio="10" integrator="implicitfast"/>
-<default><geom solref="0.004 1" solimp="0.95 0.99 0.0005" contype="0" conaffinity="0"/></default>{asset}
+<option timestep="{step}" gravity="0 0 -{G}" cone="elliptic" impratio="10" integrator="implicitfast"/>
+<default><geom contype="0" conaffinity="0"/><pair solref="{yields} 1" solimp="0.95 0.99 0.0005"/></default>{asset}
 <worldbody><geom name="t" type="plane" size="5 5 .1"/><body name="obj"><freejoint/>{geom}</body>
 <body name="tool" gravcomp="1"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
 <joint type="slide" axis="0 0 1"/><geom name="p" type="{shape}" size="{' '.join(map(str, tool['size']))}" mass="10000"/>
@@ -85,14 +86,14 @@ class World:
         d.qpos[:7] = start
         at = lambda t: np.array([np.interp(t, times, path[:, k]) for k in range(3)])
         forces, wrench, still = [], np.zeros(6), 0
-        for k in range(int(round(seconds / STEP))):
+        for k in range(int(round(seconds / self.step))):
             # What rests while the tool rests goes on resting.
-            resting = k * STEP > times[-1] and abs(d.qvel[:3]).max() < 1e-4 and abs(d.qvel[3:6]).max() < 1e-3
+            resting = k * self.step > times[-1] and abs(d.qvel[:3]).max() < 1e-4 and abs(d.qvel[3:6]).max() < 1e-3
             still = still + 1 if resting else 0
             if still > 50 and len(forces) % 5 == 0:
                 break
-            a, b = at(k * STEP), at((k + 1) * STEP)
-            d.qpos[7:10], d.qvel[6:9] = a, (b - a) / STEP
+            a, b = at(k * self.step), at((k + 1) * self.step)
+            d.qpos[7:10], d.qvel[6:9] = a, (b - a) / self.step
             mujoco.mj_step(m, d)
             push = np.zeros(3)
             for i in range(d.ncon):

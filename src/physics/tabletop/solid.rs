@@ -11,6 +11,8 @@ const SLIM: f64 = 2e-4;
 const BALL: f64 = 0.035;
 /// Faces whose normals differ by less than this (sine) are one.
 const FLAT: f64 = 0.02;
+/// Corners of a face lie within this share of the reach of its plane.
+const EVEN: f64 = 5e-3;
 
 /// Faces (unit outward normal, offset) and edges of a convex hull.
 #[derive(Clone, Debug, Default)]
@@ -102,7 +104,7 @@ impl Solid {
         let mut found = Vec::new();
         for (normal, offset) in &self.hull.planes {
             let n = to_f64(normal);
-            let on = |p: &Vector3<f64>| (n.dot(p) - f64::from(*offset)).abs() < 1e-3 * f64::from(self.reach);
+            let on = |p: &Vector3<f64>| (n.dot(p) - f64::from(*offset)).abs() < EVEN * f64::from(self.reach);
             let face: Vec<Vector3<f64>> = self.hull.points.iter().map(to_f64).filter(on).collect();
             let Some(share) = footing(&n, &face) else { continue };
             let down = self.mesh_from_solid.rotation * n;
@@ -198,25 +200,41 @@ fn to_f32(v: &Vector3<f64>) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
 }
 
-/// Faces, edges and corners of a hull in another frame.
-pub(super) fn polytope(hull: &Mesh, frame_from_hull: &Isometry3<f64>) -> Polytope {
-    let points: Vec<Vector3<f64>> = hull.vertices.iter().map(|p| (frame_from_hull * p).coords).collect();
+/// The planes of a hull (unit outward normal, offset), and which of them each triangle belongs to. Triangles join the face of
+/// a larger one: on the rim of a face a sliver may point anywhere, and a face that took its normal would hold no foot.
+fn faces(hull: &Mesh, points: &[Vector3<f64>]) -> (Vec<(Vector3<f64>, f64)>, Vec<usize>) {
+    let scaled: Vec<Vector3<f64>> = hull
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|i| points[i as usize]);
+            (b - a).cross(&(c - a))
+        })
+        .collect();
+    let mut order: Vec<usize> = (0..scaled.len()).collect();
+    order.sort_by(|i, j| scaled[*j].norm().total_cmp(&scaled[*i].norm()));
     let mut planes: Vec<(Vector3<f64>, f64)> = Vec::new();
-    let mut face_of = Vec::new();
-    for triangle in &hull.triangles {
-        let [a, b, c] = triangle.map(|i| points[i as usize]);
-        let Some(n) = (b - a).cross(&(c - a)).try_normalize(1e-14) else {
-            face_of.push(usize::MAX);
+    let mut face_of = vec![usize::MAX; scaled.len()];
+    for i in order {
+        let Some(n) = scaled[i].try_normalize(1e-14) else {
             continue;
         };
+        let a = points[hull.triangles[i][0] as usize];
         let same = planes
             .iter()
             .position(|(m, d)| m.cross(&n).norm() < FLAT && m.dot(&n) > 0.0 && (d - n.dot(&a)).abs() < 5e-4);
-        face_of.push(same.unwrap_or(planes.len()));
+        face_of[i] = same.unwrap_or(planes.len());
         if same.is_none() {
             planes.push((n, n.dot(&a)));
         }
     }
+    (planes, face_of)
+}
+
+/// Faces, edges and corners of a hull in another frame.
+pub(super) fn polytope(hull: &Mesh, frame_from_hull: &Isometry3<f64>) -> Polytope {
+    let points: Vec<Vector3<f64>> = hull.vertices.iter().map(|p| (frame_from_hull * p).coords).collect();
+    let (mut planes, face_of) = faces(hull, &points);
     // A merged face must not cut a corner off.
     for (n, d) in &mut planes {
         *d = points.iter().map(|p| n.dot(p)).fold(*d, f64::max);
@@ -322,5 +340,31 @@ impl Tool {
             parts,
             reach: reach as f32,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_can_whose_rim_is_not_quite_even_rests_on_its_ends() {
+        let (radius, half) = (0.027, 0.0476);
+        let uneven = |k: usize| 2e-5 * ((k * 7919 % 13) as f64 / 6.0 - 1.0);
+        let vertices = (0..64)
+            .map(|k| {
+                let turn = (k / 2) as f64 * std::f64::consts::TAU / 32.0;
+                let z = if k % 2 == 0 { half } else { -half };
+                Point3::new(radius * turn.cos(), radius * turn.sin(), z + uneven(k))
+            })
+            .collect();
+        let can = Solid::of(&Mesh {
+            vertices,
+            ..Mesh::default()
+        })
+        .expect("a solid");
+        let resting = can.resting_turns();
+        let upright = resting.iter().filter(|(t, _)| (t * Vector3::z()).z.abs() > 0.999);
+        assert_eq!(upright.count(), 2, "{resting:?}");
     }
 }

@@ -334,7 +334,8 @@ fn choose_turns(bench: &mut Bench, scene: &Scene, notices: &mut Notices) {
                 .iter()
                 .any(|(r, _)| (r.inverse() * Vector3::z()).dot(&down) > 0.995)
     };
-    let standing = upright.iter().find(|t| fits(t) && stable(t));
+    let lying = || resting.iter().any(|(t, _)| fits(t));
+    let standing = upright.iter().find(|t| fits(t) && (stable(t) || !lying()));
     bench.turns = match standing {
         Some(turn) => vec![(*turn, 1.0)],
         None => {

@@ -11,7 +11,7 @@ use super::gather::{STAGE, gather, holds_snapshots_only};
 use super::learnt::{Seen, ShapeClass};
 use super::posterior::{Marginal, Posterior, posterior};
 use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
-use super::search::{Guess, Search};
+use super::search::Search;
 use super::space::{DIMENSIONS, Prior, Scales, Scores, Space};
 use super::write::write_link;
 use crate::base::{Notices, Result, Seed, Status, rng_for};
@@ -25,8 +25,8 @@ const DRAWS: usize = 48;
 /// Space-filling points with which a search begins: the same for every budget, so that a longer search goes on from a shorter
 /// one.
 const FIRST: usize = 10;
-/// A learnt belief is never narrower than this on the search's scale.
-const NARROW: f64 = 0.1;
+/// Friction is tried at least this far to either side of a learnt belief's middle, on the search's scale.
+const BESIDE: f64 = 0.1;
 /// Share of the prior's spread above which a parameter's data say next to nothing for other things either.
 const SAYS: f64 = 0.9;
 
@@ -63,6 +63,7 @@ pub fn infer(
         let scales = Scales {
             prior: space,
             search: plain,
+            begin: config.learnt.as_ref().and_then(|l| l.least(shape)),
         };
         let search = match &config.keeper {
             Some(keeper) => kept(bench, &scales, config, seed, &capture.digest, keeper)?,
@@ -90,21 +91,24 @@ pub fn fresh(seed: Seed, scales: &Scales) -> Search {
         return Search::new(seed, FIRST);
     }
     let level = |score: f64| scales.to_search(&[score; DIMENSIONS]);
-    let (low, high) = (level(-1.0), level(1.0));
-    let middle = level(0.0);
-    let sd: Scores = std::array::from_fn(|k| (0.5 * (high[k] - low[k])).max(NARROW));
-    // The middle, friction to either side of it (which moves effects most), and where one would begin from nothing.
+    let (low, middle, high) = (level(-1.0), level(0.0), level(1.0));
+    // Where things of its shape fitted best, with the friction of its material: what only this simulation wants to be so is
+    // common to a shape. A little friction to either side, which moves effects most; the middle; and where one would begin from nothing.
+    let mut first = middle;
+    if let Some(values) = scales.begin {
+        for k in 1..DIMENSIONS {
+            first[k] = scales.search.priors[k].score(values[k]);
+        }
+    }
+    let by = (0.5 * (high[0] - low[0])).max(BESIDE);
     let beside = |by: f64| {
-        let mut at = middle;
-        at[0] += by * sd[0];
+        let mut at = first;
+        at[0] += by;
         at
     };
-    let guess = Guess {
-        starts: vec![middle, beside(1.0), beside(-1.0), [0.0; DIMENSIONS]],
-        middle,
-        sd,
-    };
-    Search::guided(seed, guess)
+    let mut starts = vec![first, beside(by), beside(-by), middle, [0.0; DIMENSIONS]];
+    starts.dedup();
+    Search::guided(seed, starts)
 }
 
 /// A search that goes on from where it was put down, and is put down after every evaluation.
@@ -160,6 +164,7 @@ pub fn study(
         seen: Seen {
             shape: ShapeClass::of(&bench.solid),
             material: None,
+            least: values(&scales.search, &best),
             told: std::array::from_fn(|k| {
                 told(
                     &marginals[k],

@@ -51,6 +51,8 @@ pub struct Seen {
     pub material: Option<String>,
     /// In the order of the parameters.
     pub told: [Option<(f64, f64)>; DIMENSIONS],
+    /// Values of the parameters where its divergence was least.
+    pub least: [f64; DIMENSIONS],
 }
 
 /// What things of a kind have in common.
@@ -77,6 +79,9 @@ pub struct Kind {
     /// Restitution at the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<[f64; 2]>,
+    /// Where the divergence was least: the medians of all four.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least: Option<[f64; DIMENSIONS]>,
 }
 
 /// Priors by kind, the most particular first.
@@ -114,6 +119,7 @@ impl LearntPrior {
                 rolling: k(1),
                 tool_friction: k(2),
                 restitution: k(3),
+                least: least(&of_kind),
                 shape,
                 material,
             }
@@ -138,6 +144,12 @@ impl LearntPrior {
         out
     }
 
+    /// Where things of this shape, of any material, were fitted best; where none of the shape were seen, any.
+    pub fn least(&self, shape: ShapeClass) -> Option<[f64; DIMENSIONS]> {
+        let of = |of: Option<ShapeClass>| self.kind.iter().find(|k| k.material.is_none() && k.shape == of)?.least;
+        of(Some(shape)).or_else(|| of(None))
+    }
+
     /// As a file.
     pub fn to_toml(&self) -> Result<String> {
         toml::to_string(self).map_err(|e| Error::Failed(format!("the learnt prior: {e}")))
@@ -148,13 +160,27 @@ impl LearntPrior {
         let read: Self = toml::from_str(text).map_err(|e| Error::Usage(format!("the learnt prior: {e}")))?;
         let pairs = |k: &Kind| [k.friction, k.rolling, k.tool_friction, k.restitution];
         let sound = |p: &[f64; 2]| p.iter().all(|x| x.is_finite() && *x > 0.0);
-        if read.kind.iter().flat_map(pairs).flatten().all(|p| sound(&p)) {
+        let points = read.kind.iter().flat_map(|k| k.least).flatten();
+        if read.kind.iter().flat_map(pairs).flatten().all(|p| sound(&p)) && points.into_iter().all(|x| x > 0.0) {
             return Ok(read);
         }
         Err(Error::Usage(
             "the learnt prior: medians and standard deviations must be above 0".into(),
         ))
     }
+}
+
+/// The medians of the points where things of a kind were fitted best.
+fn least(of_kind: &[&Seen]) -> Option<[f64; DIMENSIONS]> {
+    if of_kind.len() < 2 {
+        return None;
+    }
+    let mut out = [0.0; DIMENSIONS];
+    for (k, value) in out.iter_mut().enumerate() {
+        let logs: Vec<f64> = of_kind.iter().map(|s| s.least[k].max(f64::MIN_POSITIVE).ln()).collect();
+        *value = crate::math::median(&logs)?.exp();
+    }
+    Some(out)
 }
 
 /// Median and standard deviation of the logarithm for one thing more.
@@ -177,6 +203,7 @@ mod tests {
             shape: ShapeClass::Angular,
             material: Some(material.into()),
             told: [Some((friction.ln(), 0.05)), None, None, None],
+            least: [friction, 1e-4, 0.2, 0.1],
         }
     }
 
@@ -196,6 +223,8 @@ mod tests {
         assert!((friction(Some("rubber")) - 0.63).abs() < 0.02);
         // Of an unknown material: between them, and wide.
         assert!((0.25..0.45).contains(&friction(None)));
+        let least = learnt.least(ShapeClass::Angular).expect("five were seen");
+        assert!((least[3] - 0.1).abs() < 1e-9, "{least:?}");
         // What nobody told stays as it was.
         assert_eq!(
             learnt.apply(space, ShapeClass::Angular, None).priors[1],

@@ -27,5 +27,5 @@ pub use learnt::{Kind, LearntPrior, Seen, ShapeClass};
 pub use posterior::{Marginal, Posterior, posterior};
 pub use process::Process;
 pub use report::{GroupResult, SearchStep, Snapshots, ThingResult};
-pub use search::{Evaluation, Guess, Search};
+pub use search::{Evaluation, Search};
 pub use space::{DIMENSIONS, NAMES, Prior, Scales, Scores, Space, UNITS};

@@ -98,6 +98,8 @@ pub struct Scales {
     pub prior: Space,
     /// The search's.
     pub search: Space,
+    /// Where things of its kind fitted best, if any are known: values.
+    pub begin: Option<[f64; DIMENSIONS]>,
 }
 
 impl Scales {
@@ -106,6 +108,7 @@ impl Scales {
         Self {
             prior: space,
             search: space,
+            begin: None,
         }
     }
 

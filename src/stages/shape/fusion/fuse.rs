@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use super::depths::InverseDepths;
 use super::planes::Planes;
 use super::pyramid::Pyramid;
-use super::touch::touch_blocks;
+use super::touch::asked_blocks;
 use super::update::{Placed, Prepared, Reach};
 use crate::base::{Error, Result};
 use crate::capture::{Camera, ColorImage, DepthImage};
-use crate::geometry::{Block, BlockGrid, KEY_REACH, Mesh, grid_surface};
+use crate::geometry::{Block, BlockGrid, BlockKeys, KEY_REACH, Mesh, grid_surface};
 
 /// Blocks that one task works on.
 const TASK: usize = 32;
@@ -125,14 +125,17 @@ impl Fusion {
     pub fn integrate_all(&mut self, camera: &Camera, shots: &[Shot]) -> Result<()> {
         let near = self.config.behind.max(2.0 * self.config.voxel);
         for shots in shots.chunks(TOGETHER) {
-            let views: Vec<Prepared> = shots
+            let views: Vec<(Prepared, BlockKeys)> = shots
                 .par_iter()
-                .map(|shot| prepare(camera, &shot.field_from_camera, shot.depth, shot.color))
+                .map(|shot| {
+                    let view = prepare(camera, &shot.field_from_camera, shot.depth, shot.color)?;
+                    let asked = asked_blocks(&view, &shot.field_from_camera, self.config.voxel, near);
+                    Ok((view, asked))
+                })
                 .collect::<Result<_>>()?;
-            for (view, shot) in views.iter().zip(shots) {
-                touch_blocks(&mut self.grid, view, &shot.field_from_camera, near);
-            }
-            let views: Vec<&Prepared> = views.iter().collect();
+            self.grid
+                .touch_all(views.iter().flat_map(|(_, asked)| asked.all()).copied());
+            let views: Vec<&Prepared> = views.iter().map(|(view, _)| view).collect();
             fill(&mut self.grid, &views, &self.config)?;
         }
         Ok(())
@@ -170,7 +173,7 @@ pub fn fill(grid: &mut BlockGrid, views: &[&Prepared], config: &FusionConfig) ->
         .map(|(key, block)| (along_curve(*key), *key, block))
         .collect();
     if views.len() > 1 {
-        order.sort_unstable_by_key(|o| o.0);
+        order.par_sort_unstable_by_key(|o| o.0);
     }
     order.par_chunks_mut(TASK).for_each(|task| {
         for (_, key, block) in task {

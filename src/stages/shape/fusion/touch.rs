@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::pyramid::COARSE;
 use super::update::Prepared;
-use crate::geometry::{BLOCK, BlockGrid};
+use crate::geometry::{BLOCK, BlockKeys};
 
 /// Blocks from one look to the next, at most: what lies between is then within reach of one of them.
 const SPACING: f32 = 0.45;
@@ -12,9 +12,11 @@ const SPACING: f32 = 0.45;
 /// Ranges of blocks that are remembered, for what lies side by side asks for the same.
 const RECENT: usize = 256;
 
-/// Keeps the blocks that are within `reach` of a surface that a view shows, m.
-pub fn touch_blocks(grid: &mut BlockGrid, view: &Prepared, field_from_camera: &Isometry3<f64>, reach: f64) {
-    let block = grid.voxel * f64::from(BLOCK);
+/// The blocks, of voxels of this size, that are within `reach` of a surface that a view shows, m; in the order in which the
+/// view comes upon them.
+pub fn asked_blocks(view: &Prepared, field_from_camera: &Isometry3<f64>, voxel: f64, reach: f64) -> BlockKeys {
+    let mut asked = BlockKeys::default();
+    let block = voxel * f64::from(BLOCK);
     let camera = view.camera;
     let unproject = Matrix3::new(
         1.0 / camera.fx,
@@ -49,10 +51,11 @@ pub fn touch_blocks(grid: &mut BlockGrid, view: &Prepared, field_from_camera: &I
             let last = &mut recent[(low[0] ^ low[1] << 2 ^ low[2] << 4) as usize % RECENT];
             if *last != [low, high] {
                 *last = [low, high];
-                touch_all(grid, [low, high]);
+                ask_all(&mut asked, [low, high]);
             }
         }
     }
+    asked
 }
 
 /// The next whole number below, which takes a call where it is asked of the standard library.
@@ -61,11 +64,11 @@ fn floor(x: f32) -> i32 {
     whole - i32::from(x < whole as f32)
 }
 
-fn touch_all(grid: &mut BlockGrid, [low, high]: [[i32; 3]; 2]) {
+fn ask_all(asked: &mut BlockKeys, [low, high]: [[i32; 3]; 2]) {
     for x in low[0]..=high[0] {
         for y in low[1]..=high[1] {
             for z in low[2]..=high[2] {
-                grid.touch([x, y, z]);
+                asked.insert([x, y, z]);
             }
         }
     }

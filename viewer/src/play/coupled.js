@@ -2,8 +2,8 @@
 // follows, the turn and the advance of a screw.
 import { STEP } from './world.js';
 
-/** Stiffness and damping between a joint and the one that it follows, over inertia and step: far below what overshoots. */
-const FOLLOWING = [0.1, 0.4];
+/** Stiffness and damping between a joint and the one that it follows, over inertia and step: as stiff as with the shorter step there. */
+const FOLLOWING = [0.4, 0.5];
 /** The same of a thread, which carries what hangs on it: as stiff as one step bears. */
 const THREAD = [0.5, 0.5];
 

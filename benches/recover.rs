@@ -1,5 +1,6 @@
-//! Recover the truth on random bodies of the lab: `cargo bench --bench recover -- [BODIES [FIRST_SEED]] [WAY]`. Prints errors and
-//! how often the stated intervals hold the truth, by what was done: weighed, coasted, tilted, or only pushed slowly.
+//! Recover the truth on random bodies of the lab: `cargo bench --bench recover -- [BODIES [FIRST_SEED]] [WAY] [scattered]`. Prints
+//! errors and how often the stated intervals hold the truth, by what was done: weighed, coasted, tilted, or only pushed slowly.
+//! `scattered` draws how well friction and springs repeat for each body (half to twice of what is usual); else all have that.
 #![allow(
     missing_docs,
     clippy::expect_used,
@@ -19,7 +20,7 @@ use palpate::lab::{Scene, synthesise};
 use palpate::pipeline::{Options, Pass, build};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-use random_box::RandomBox;
+use random_box::{RandomBox, SCATTER};
 
 const WAYS: [&str; 4] = ["lift", "coast", "tilt", "slow"];
 
@@ -56,6 +57,46 @@ impl Tally {
     }
 }
 
+/// What slow pushes alone leave open: neither mass nor friction may be told, or told narrowly.
+#[derive(Default)]
+struct Unknowable {
+    bodies: usize,
+    /// Of mass and kinetic friction: how many are called measured, and how many name what they are confounded with.
+    measured: [usize; 2],
+    confounded: [usize; 2],
+    intervals: [Tally; 2],
+}
+
+impl Unknowable {
+    fn add(&mut self, both: [(Option<&Estimate>, Option<f64>); 2]) {
+        self.bodies += 1;
+        for (k, (estimate, truth)) in both.into_iter().enumerate() {
+            let Some(e) = estimate else { continue };
+            self.measured[k] += usize::from(e.is_measured());
+            self.confounded[k] += usize::from(e.confounded.is_some());
+            if let Some(truth) = truth {
+                self.intervals[k].add(e, truth, true);
+            }
+        }
+    }
+
+    fn print(&mut self) {
+        for (k, name) in ["mass", "kinetic friction"].into_iter().enumerate() {
+            let widths = self.intervals[k].widths.iter().copied();
+            println!(
+                "slow pushes only, {name}: called measured {}, confounded in words {} of {}, narrowest interval {:.3} of the truth",
+                self.measured[k],
+                self.confounded[k],
+                self.bodies,
+                widths.fold(f64::INFINITY, f64::min)
+            );
+            if !self.intervals[k].errors.is_empty() {
+                self.intervals[k].print(&format!("{name}, told as open"));
+            }
+        }
+    }
+}
+
 /// Component `k` of a list with its interval, as a number of its own.
 fn component(value: &[f64], ci95: Option<&[[f64; 2]]>, status: Status, method: &str, k: usize) -> Estimate {
     let [low, high] = ci95.map_or([value[k]; 2], |c| c[k]);
@@ -67,8 +108,8 @@ fn component(value: &[f64], ci95: Option<&[[f64; 2]]>, status: Status, method: &
 }
 
 /// A box with a hidden weight, and what is done to it.
-fn scene(dice: &mut ChaCha8Rng, way: &str) -> Scene {
-    let RandomBox { size, mut text } = RandomBox::draw(dice);
+fn scene(dice: &mut ChaCha8Rng, way: &str, scatter: f64) -> Scene {
+    let RandomBox { size, mut text } = RandomBox::draw_with(dice, scatter);
     let mut between = |low: f64, high: f64| dice.random_range(low..high);
     let (stiffness, damping) = (between(800.0, 6000.0), between(2.0, 20.0));
     text += &format!(
@@ -141,14 +182,19 @@ fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
     let (bodies, first) = (numbers.next().unwrap_or(16), numbers.next().unwrap_or(0));
     let only = WAYS.into_iter().find(|way| std::env::args().any(|a| a == *way));
+    let scattered = std::env::args().any(|a| a == "scattered");
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
-    let (mut slow, mut said) = (0, 0);
+    let mut open = Unknowable::default();
     for i in first..first + bodies {
         let way = WAYS[i as usize % WAYS.len()];
         if only.is_some_and(|o| o != way) {
             continue;
         }
-        let scene = scene(&mut rng_for(Seed(i), "recover"), way);
+        let scatter = match scattered {
+            true => SCATTER * rng_for(Seed(i), "scatter").random_range(-1.0f64..1.0).exp2(),
+            false => SCATTER,
+        };
+        let scene = scene(&mut rng_for(Seed(i), "recover"), way, scatter);
         let made = match synthesise(&scene, Path::new("."), Seed(i), &Progress::silent()) {
             Ok(made) => made,
             Err(e) => {
@@ -220,12 +266,10 @@ fn main() {
                 );
             }
             if way == "slow" {
-                slow += 1;
-                said += usize::from(
-                    link.mass
-                        .as_ref()
-                        .is_some_and(|m| !m.is_measured() && m.confounded.is_some()),
-                );
+                open.add([
+                    (link.mass.as_ref(), truth.mass),
+                    (link.friction.kinetic.as_ref(), truth.friction_kinetic),
+                ]);
             }
         }
         if let (Some(link), Some(truth)) = (run.model.twin.link("pad"), made.truth.bodies.get("pad")) {
@@ -236,5 +280,7 @@ fn main() {
     for (name, tally) in &mut tallies {
         tally.print(name);
     }
-    println!("slow pushes only: mass said to be confounded in {said} of {slow}");
+    if open.bodies > 0 {
+        open.print();
+    }
 }

@@ -299,9 +299,12 @@ fn kinds() -> Model {
         let top = b.block(name, at(0.0, y, 0.081), [0.05, 0.05, 0.04]);
         let mut hold = joint(kind, &format!("{name}-stand"), name, [0.0, 0.0, 1.0], [0.0, y, 0.06]);
         hold.pitch = (kind == JointKind::Screw).then(|| Estimate::measured(0.002, 1e-4, "m/rad", Vec::new(), "test"));
-        hold.friction = (kind == JointKind::Cylindrical)
-            .then(|| measured(3.0, 0.1, "N"))
-            .flatten();
+        hold.friction = match kind {
+            JointKind::Cylindrical => measured(3.0, 0.1, "N"),
+            // Without any it would unscrew under its own weight.
+            JointKind::Screw => measured(0.01, 1e-3, "N·m"),
+            _ => None,
+        };
         b.add(vec![stand, top], vec![hold]);
     }
     b.relate("support", "ball-stand", RelationKind::Fixed);
@@ -477,6 +480,32 @@ fn joints_and_pushes_feel_as_measured() {
         (force - weight).abs() < 0.05 * weight,
         "{force} N, not {weight} N: {push}"
     );
+}
+
+/// A screw advances by its pitch as it turns, whole rounds too, ends where it is said to, and stays where it is left.
+#[test]
+fn a_screw_advances_as_it_turns() {
+    let mut model = kinds();
+    for (end, pitch) in [(2.0, 0.002), (8.0, 0.004), (8.0, -0.004)] {
+        let joint = &mut model.twin.bodies[0].joints[0];
+        joint.pitch = Some(Estimate::measured(pitch, 1e-4, "m/rad", Vec::new(), "test"));
+        joint.limits = Some(Estimate::measured([0.0, end], [0.01; 2], "rad", Vec::new(), "test"));
+        joint.friction = measured(0.01, 1e-4, "N·m");
+        let outcome = done(&model, "open:screw,2");
+        let opened = outcome.opened.as_ref().expect("a joint");
+        let top = outcome.parts.iter().find(|p| p.link == "screw").expect("the screw");
+        assert!((opened.left - 0.95 * end).abs() < 0.1, "{opened:?}");
+        assert!(
+            (top.moved[2] - pitch * opened.left).abs() < 2e-4,
+            "{opened:?}, {:?}",
+            top.moved
+        );
+        assert!(
+            top.moved[0].abs() < 5e-4 && top.moved[1].abs() < 5e-4,
+            "{:?}",
+            top.moved
+        );
+    }
 }
 
 /// A plinth with two doors that hover over the table, the second geared to the first, with all that a diagnosis finds of a

@@ -177,6 +177,7 @@ fn twin() -> Twin {
 
 fn finding() -> Finding {
     Finding {
+        leader: None,
         cause: "com-offset".into(),
         place: EVIL.into(),
         probability: 0.9,

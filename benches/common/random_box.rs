@@ -4,7 +4,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 /// How well friction and springs repeat from one touch to the next: 1 sd of the logarithm.
-const SCATTER: f64 = 0.015;
+pub const SCATTER: f64 = 0.015;
 
 /// Its edges, m, and the scene's text so far.
 #[allow(dead_code, reason = "not every bench needs both")]
@@ -13,9 +13,15 @@ pub struct RandomBox {
     pub text: String,
 }
 
+#[allow(dead_code, reason = "not every bench needs both")]
 impl RandomBox {
     /// Sizes, density, friction and the place of the weight from `dice`.
     pub fn draw(dice: &mut ChaCha8Rng) -> Self {
+        Self::draw_with(dice, SCATTER)
+    }
+
+    /// The same, with another scatter from touch to touch.
+    pub fn draw_with(dice: &mut ChaCha8Rng, scatter: f64) -> Self {
         let seed = u64::from(dice.random::<u32>());
         let mut between = |low: f64, high: f64| dice.random_range(low..high);
         let size = [between(0.07, 0.14), between(0.06, 0.10), between(0.04, 0.06)];
@@ -28,8 +34,8 @@ name = "random"
 [camera]
 views = 0
 [repeat]
-friction = {SCATTER}
-stiffness = {SCATTER}
+friction = {scatter}
+stiffness = {scatter}
 seed = {seed}
 [[body]]
 name = "box"

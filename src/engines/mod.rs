@@ -1,5 +1,6 @@
 //! A capture's own touches played in physics engines, each judged by what was measured.
 
+mod astray;
 mod compare;
 mod outside;
 mod probe;

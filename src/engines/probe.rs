@@ -24,6 +24,11 @@ const FURTHEST: f64 = 2.5;
 const TURNS: f64 = 0.03;
 /// 95 % of chi-squared with 4 and with 3 degrees of freedom.
 const CHI2: [f64; 2] = [9.49, 7.81];
+/// Share of the fitted touches that an engine must miss as far as this one, and how many there must be.
+const AS_FAR: f64 = 0.1;
+const FITTED: usize = 10;
+/// Touches from which on what their shifts have in common is known.
+const COMMON: usize = 5;
 /// Share of a miss that palpate's own laws must miss by too.
 const ALIKE: f64 = 0.5;
 
@@ -41,7 +46,7 @@ enum Doubtful {
 pub(super) struct Probe<'a> {
     model: &'a Model,
     diagnosis: &'a Diagnosis,
-    /// How far the tools' ways had to be shifted in this capture, root mean square, m.
+    /// How far the tools' places are astray in this capture, 1 sd, m.
     astray: f64,
 }
 
@@ -50,16 +55,12 @@ type End = Vector4<f64>;
 
 impl<'a> Probe<'a> {
     pub(super) fn new(model: &'a Model, diagnosis: &'a Diagnosis, touches: &[Recorded]) -> Self {
-        let free: Vec<f64> = touches
-            .iter()
-            .filter(|t| t.trial.hold == Hold::Touch)
-            .map(|t| t.shifted.unwrap_or(0.0))
-            .collect();
-        let square: f64 = free.iter().map(|s| s * s).sum();
+        let free = touches.iter().filter(|t| t.trial.hold == Hold::Touch);
+        let shifts: Vec<f64> = free.map(|t| t.shifted.unwrap_or(0.0)).collect();
         Self {
             model,
             diagnosis,
-            astray: (square / free.len().max(1) as f64).sqrt(),
+            astray: astray(&shifts),
         }
     }
 
@@ -100,7 +101,11 @@ impl<'a> Probe<'a> {
             doubtful: &doubtful,
             columns: &columns,
         };
-        let judged: Vec<Judged> = missed.par_iter().map(|(e, row)| met.judge(*e, row, &rows)).collect();
+        let judge = |(engine, row): &&(EngineName, TouchRow)| {
+            let report = reports.iter().find(|r| r.engine == *engine);
+            met.judge(*engine, row, &rows, report.map_or([0; 2], |r| r.fitted_as_far(row)))
+        };
+        let judged: Vec<Judged> = missed.par_iter().map(judge).collect();
         Some(met.reason(judged))
     }
 
@@ -142,6 +147,18 @@ impl<'a> Probe<'a> {
         let end = Vector4::new(went.x, went.y, went.z, turned);
         end.iter().all(|v| v.is_finite()).then_some(end)
     }
+}
+
+/// How far tools' places are astray that had to be shifted so far: what all shifts have in common is the tip's own (its radius, its
+/// offset), and what differs from touch to touch is not; of few touches nothing in common is known.
+fn astray(shifts: &[f64]) -> f64 {
+    let n = shifts.len() as f64;
+    let mean = if shifts.len() < COMMON {
+        0.0
+    } else {
+        shifts.iter().sum::<f64>() / n
+    };
+    (shifts.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / n.max(1.0)).sqrt()
 }
 
 /// The axis about which turns are judged.
@@ -226,7 +243,7 @@ impl Met<'_> {
         }
     }
 
-    fn judge(&self, engine: EngineName, row: &TouchRow, rows: &[(EngineName, TouchRow)]) -> Judged {
+    fn judge(&self, engine: EngineName, row: &TouchRow, rows: &[(EngineName, TouchRow)], alike: [usize; 2]) -> Judged {
         let miss = self.miss(row);
         let (likely, distance2) = likeliest(self.columns, self.touch.noise, &miss);
         let scale = self.bars(row);
@@ -253,12 +270,12 @@ impl Met<'_> {
             words: String::new(),
         };
         let kept: Vec<EngineName> = rows.iter().filter(|r| r.1.within()).map(|r| r.0).collect();
-        self.conclude(&mut judged, &kept);
+        self.conclude(&mut judged, &kept, alike);
         judged
     }
 
     /// The cause with its words.
-    fn conclude(&self, j: &mut Judged, kept: &[EngineName]) {
+    fn conclude(&self, j: &mut Judged, kept: &[EngineName], [as_far, fitted]: [usize; 2]) {
         let [place, turn] = self.own_miss();
         let size = Vector3::from(j.missed_by).norm();
         let alike = place >= ALIKE * size || (turn > 0.0 && j.turn.abs() > TURN && turn >= ALIKE * j.turn.abs());
@@ -289,6 +306,13 @@ impl Met<'_> {
             )
         } else if alike {
             (Cause::Law, format!("{own}; the miss is {far}{again}"))
+        } else if fitted >= FITTED && as_far as f64 >= AS_FAR * fitted as f64 {
+            (
+                Cause::Fitted,
+                format!(
+                    "of {fitted} touches that the numbers were fitted to this engine misses {as_far} as far; the miss is {far}{again}"
+                ),
+            )
         } else {
             (Cause::Unexplained, format!("the miss is {far}; {own}{again}"))
         };

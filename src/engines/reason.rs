@@ -77,6 +77,8 @@ pub enum Cause {
     Engine,
     /// palpate's own laws miss as far: the diagnosis says that something is left.
     Law,
+    /// The engine misses touches as far that the numbers were fitted to: they do not hold all of them at once.
+    Fitted,
     /// None of these.
     Unexplained,
 }
@@ -88,6 +90,7 @@ impl Cause {
             Self::Doubt => "known no better",
             Self::Engine => "this engine's contacts",
             Self::Law => "no law for it yet",
+            Self::Fitted => "no farther than fitted touches",
             Self::Unexplained => "not explained",
         }
     }

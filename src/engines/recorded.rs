@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
 
+use super::astray::set_right;
 use super::table::Skipped;
 use crate::base::{Pose, Result};
 use crate::capture::{Capture, Interaction, Kind, PoseStream, Tool, ToolShape, first_rest};
-use crate::export::{Hold, Trial, TrialShape, meeting};
+use crate::export::{Hold, Trial, TrialShape};
 use crate::geometry::parse_mesh;
 use crate::twin::Model;
 
@@ -25,10 +26,6 @@ pub(super) const TIP: f64 = 1e-3;
 /// Noise of a motion, m and rad, where the capture states none; and the least that is believed.
 const TRACKED: [f64; 2] = [3e-4, 5e-3];
 const FINEST: [f64; 2] = [1e-4, 1e-3];
-/// Share of the force that is reached in the end above which the tool is felt.
-const FELT: f64 = 0.2;
-/// The same for a press: what the noise of a sensor hardly reaches three times running.
-const TOUCHED: f64 = 0.03;
 /// Friction between tool and thing where none was measured.
 pub const ASSUMED_TOOL_FRICTION: f64 = 0.4;
 
@@ -81,6 +78,7 @@ pub fn recorded(capture: &Capture, model: &Model) -> Result<(Vec<Recorded>, Vec<
             now.extend(last_rest(track).map(|pose| (name.clone(), pose)));
         }
     }
+    set_right(model, &mut touches)?;
     Ok((touches, skipped))
 }
 
@@ -131,7 +129,7 @@ fn touch(capture: &Capture, model: &Model, interaction: &Interaction, start: &BT
         return Ok(Err("a press: how stiff it is was not measured"));
     }
     let force = force(interaction, zero);
-    let mut trial = Trial {
+    let trial = Trial {
         name: interaction.name.clone(),
         target,
         shape: shape(tool)?,
@@ -142,9 +140,8 @@ fn touch(capture: &Capture, model: &Model, interaction: &Interaction, start: &BT
         start: placed.collect(),
         present: interaction.tracks.keys().cloned().collect(),
     };
-    let shifted = shift(model, &mut trial, &force, press)?;
     Ok(Ok(Recorded {
-        shifted,
+        shifted: None,
         press,
         held_out: interaction.held_out,
         friction_assumed: friction.is_none() && hold == Hold::Touch,
@@ -238,32 +235,6 @@ pub fn swing_twist(turn: &UnitQuaternion<f64>, axis: &UnitVector3<f64>) -> (Unit
     let along = turn.imag().dot(axis);
     let twist = UnitQuaternion::from_axis_angle(axis, 2.0 * along.atan2(turn.w));
     (turn * twist.inverse(), twist)
-}
-
-/// Moves the tool's way where it would meet the thing more than a millimetre before or after the force says that it did: the
-/// place of a tool's tip is often known less well than that. The way of a press is always moved so, since its depth counts.
-fn shift(model: &Model, trial: &mut Trial, force: &[(f64, Vector3<f64>)], press: bool) -> Result<Option<f64>> {
-    let share = if press { TOUCHED } else { FELT };
-    let Some(onset) = onset(force, share).filter(|_| trial.hold == Hold::Touch) else {
-        return Ok(None);
-    };
-    let Some(shift) = meeting(model, trial, onset)?.filter(|s| press || s.norm() > TIP) else {
-        return Ok(None);
-    };
-    for pose in &mut trial.path {
-        pose.0.translation.vector += shift;
-    }
-    Ok(Some(shift.norm()).filter(|s| *s > TIP))
-}
-
-/// When the tool begins to be felt, s: readings over a hundredth of a second (three at least) together above a share of what
-/// is reached in the end.
-fn onset(force: &[(f64, Vector3<f64>)], share: f64) -> Option<f64> {
-    let mut sizes: Vec<f64> = force.iter().map(|(_, f)| f.norm()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let high = sizes.get(sizes.len() * 9 / 10)?;
-    let felt = |rows: &[(f64, Vector3<f64>)]| rows.iter().all(|(_, f)| f.norm() > share * high);
-    force.windows(3).find(|w| felt(w)).map(|w| w[0].0)
 }
 
 fn shape(tool: &Tool) -> Result<TrialShape> {

@@ -162,6 +162,31 @@ impl EngineReport {
     }
 }
 
+impl TouchRow {
+    /// How far it is missed, over the bars: place and turn taken together.
+    fn far(&self) -> Option<f64> {
+        let Outcome::Played {
+            relative_error,
+            turn_error,
+            ..
+        } = &self.outcome
+        else {
+            return None;
+        };
+        Some((relative_error / SHARE).hypot(turn_error.unwrap_or(0.0) / TURN))
+    }
+}
+
+impl EngineReport {
+    /// How many touches that the numbers were fitted to are missed as far as this one, and how many there are.
+    pub fn fitted_as_far(&self, row: &TouchRow) -> [usize; 2] {
+        let own = row.far().unwrap_or(f64::INFINITY);
+        let fitted = self.touches.iter().filter(|t| !t.held_out && !t.rigid);
+        let far: Vec<f64> = fitted.filter_map(TouchRow::far).collect();
+        [far.iter().filter(|f| **f >= own).count(), far.len()]
+    }
+}
+
 impl EnginesReport {
     /// Whether every engine that is there keeps all that is held out within the bars, and all at rest.
     pub fn passed(&self) -> bool {

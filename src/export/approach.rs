@@ -1,7 +1,7 @@
 //! When a tool meets what it means to touch, by the shapes of both.
 
 use nalgebra::{Isometry3, Vector3};
-use rapier3d_f64::parry::query::distance;
+use rapier3d_f64::parry::query::{contact, distance};
 use rapier3d_f64::prelude::ColliderBuilder;
 
 use super::colliders::hulls;
@@ -19,6 +19,51 @@ const EXACT: f64 = 1e-5;
 /// Time over which the tool's heading is taken, s.
 const HEADING: f64 = 0.2;
 
+/// A target's face that is no more than this off the way of what pushes it, as the cosine, is the one that is pushed.
+const FACING: f64 = 0.1;
+
+/// How far a tool is from a target, m (negative: inside), and the way out, unit, world.
+#[derive(Clone, Copy, Debug)]
+pub struct Gap {
+    /// m.
+    pub distance: f64,
+    /// From the target to the tool.
+    pub out: Vector3<f64>,
+}
+
+/// The gap between tool and target at `time`, seconds from the trial's start, were the target still where the trial has it;
+/// nothing where they are far apart, or what is nearest is not in the tool's way.
+///
+/// # Errors
+/// Where the joints of a body do not make one tree.
+pub fn gap(model: &Model, trial: &Trial, time: f64) -> Result<Option<Gap>> {
+    let scene = lay_out(model)?;
+    let placed = place(&scene, &trial.start);
+    let (Some(id), Some(tool)) = (scene.find(&trial.target), collider(&trial.shape)) else {
+        return Ok(None);
+    };
+    let target = placed.parts[id.tree][id.part];
+    let pose = trial.tool_at(time) * Isometry3::from(tool.position);
+    let near = |s: ColliderBuilder| {
+        let found = contact(&target.into(), &*s.shape, &pose.into(), &*tool.shape, REACH);
+        let found = found.ok().flatten()?;
+        Some(Gap {
+            distance: found.dist,
+            out: found.normal1.into(),
+        })
+    };
+    let nearest = hulls(scene.part(id), model).filter_map(near);
+    let nearest = nearest.min_by(|a, b| a.distance.total_cmp(&b.distance));
+    let went = heading(trial, time).unwrap_or_default();
+    Ok(nearest.filter(|g| -g.out.dot(&went) > FACING && g.distance.is_finite()))
+}
+
+/// Where the tool goes at a time, unit.
+fn heading(trial: &Trial, time: f64) -> Option<Vector3<f64>> {
+    let at = |t: f64| trial.tool_at(t).translation.vector;
+    (at(time + HEADING) - at(time - HEADING)).try_normalize(1e-6)
+}
+
 /// A shift of the tool's way, m, world, along its heading, with which it touches the target first at `onset`, seconds from
 /// the trial's start; nothing where its heading is not known or it would pass the target by.
 ///
@@ -34,8 +79,7 @@ pub fn meeting(model: &Model, trial: &Trial, onset: f64) -> Result<Option<Vector
     let shapes: Vec<ColliderBuilder> = hulls(part, model).collect();
     let target = placed.parts[id.tree][id.part];
     let at = trial.tool_at(onset);
-    let went = trial.tool_at(onset + HEADING).translation.vector - trial.tool_at(onset - HEADING).translation.vector;
-    let Some(heading) = went.try_normalize(1e-6) else {
+    let Some(heading) = heading(trial, onset) else {
         return Ok(None);
     };
     let overlaps = |back: f64| {

@@ -8,6 +8,7 @@ use rapier3d_f64::prelude::{
 };
 
 use super::colliders::colliders;
+use super::coupled::whole_turns;
 use super::film::Film;
 use super::scene::{Attachment, Floor, Motion, Part, PartId, Scene, Tree};
 use crate::base::Error;
@@ -19,8 +20,14 @@ pub(super) const STEP: f64 = 0.002;
 const BOND_SHARE: f64 = 0.1;
 /// Rounds of the engine's solver within each of its steps, where a part carries several others or a hand is at work.
 const BRANCHED: usize = 4;
-/// Stiffness and damping between a joint and the one that it follows, over inertia and step: far below what overshoots.
-const FOLLOWING: [f64; 2] = [0.1, 0.4];
+
+/// The widest turn to either side that the engine tells from one the other way round, rad.
+const HALF_ROUND: f64 = 3.0;
+/// What a joint locks that slides along its axis and turns about it.
+const ALONG_AND_ABOUT: JointAxesMask = JointAxesMask::LIN_Y
+    .union(JointAxesMask::LIN_Z)
+    .union(JointAxesMask::ANG_Y)
+    .union(JointAxesMask::ANG_Z);
 
 /// A scene that moves.
 pub(super) struct Engine<'a> {
@@ -44,15 +51,6 @@ struct Bond {
     /// Mean over the last steps, N.
     force: f64,
     broken: bool,
-}
-
-/// A joint with one freedom.
-struct Single<'a> {
-    /// Parent and child.
-    ends: [RigidBodyHandle; 2],
-    part: &'a Part,
-    hold: &'a Attachment,
-    motion: &'a Motion,
 }
 
 impl<'a> Engine<'a> {
@@ -182,27 +180,8 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// The joints with one freedom, by the twin's names.
-    fn single(&self) -> Vec<Single<'a>> {
-        let of = |(id, part): (PartId, &'a Part)| {
-            let hold = part.hold()?;
-            let [motion] = hold.motions.as_slice() else { return None };
-            let above = PartId {
-                part: hold.parent,
-                ..id
-            };
-            Some(Single {
-                ends: [self.body(above)?, self.body(id)?],
-                part,
-                hold,
-                motion,
-            })
-        };
-        self.scene.parts().filter_map(of).collect()
-    }
-
-    /// Springs and viscous damping of joints with one freedom, and what holds a joint to the one that it follows, as forces
-    /// on both of their parts.
+    /// Springs and viscous damping of joints with one freedom, what holds a joint to the one that it follows, and threads, as
+    /// forces on both of their parts.
     fn joints(&mut self) {
         let all = self.single();
         for joint in &all {
@@ -213,39 +192,14 @@ impl<'a> Engine<'a> {
                 let damping = motion.damping.min(0.5 * inertia_along(joint.part, motion) / STEP);
                 self.load(joint, -motion.stiffness * (q - motion.rest) - damping * speed);
             }
+            if joint.hold.is_threaded() {
+                self.thread(joint);
+            }
             let Some((leader, ratio)) = &joint.hold.follows else {
                 continue;
             };
             if let Some(leader) = all.iter().find(|l| l.hold.joint == *leader) {
                 self.follow(joint, leader, *ratio);
-            }
-        }
-    }
-
-    /// A stiff spring and damper between a joint and its leader.
-    fn follow(&mut self, own: &Single, leader: &Single, ratio: f64) {
-        let at = |j: &Single| self.position_and_speed(j.ends, j.hold, j.motion);
-        let ((q, v), (p, u)) = (at(own), at(leader));
-        // Of both, as if nothing else hung on them, so that no explicit spring overshoots.
-        let inertia = 1.0
-            / (1.0 / inertia_along(own.part, own.motion) + ratio * ratio / inertia_along(leader.part, leader.motion));
-        let (stiffness, damping) = (FOLLOWING[0] * inertia / (STEP * STEP), FOLLOWING[1] * inertia / STEP);
-        let effort = stiffness * (ratio * p - q) + damping * (ratio * u - v);
-        self.load(own, effort);
-        self.load(leader, -ratio * effort);
-    }
-
-    /// Loads a joint, N·m or N, and its parent the other way.
-    fn load(&mut self, joint: &Single, effort: f64) {
-        let [parent, child] = joint.ends;
-        let effort = self.pose(child).rotation * joint.motion.axis.into_inner() * effort;
-        let origin = self.pose(child).translation.vector;
-        for (handle, effort) in [(child, effort), (parent, -effort)] {
-            let body = &mut self.world.bodies[handle];
-            if joint.motion.turns {
-                body.add_torque(effort.into(), true);
-            } else {
-                body.add_force_at_point(effort.into(), origin.into(), true);
             }
         }
     }
@@ -263,6 +217,13 @@ impl<'a> Engine<'a> {
         let (a, b) = (&self.world.bodies[parent], &self.world.bodies[child]);
         if motion.turns {
             let q = start_from_now.rotation.scaled_axis().dot(&motion.axis);
+            let q = match motion.range {
+                _ if hold.is_threaded() => {
+                    whole_turns(q, start_from_now.translation.vector.dot(&motion.axis) / hold.pitch)
+                }
+                Some([low, high]) => whole_turns(q, 0.5 * (low + high)),
+                None => q,
+            };
             let spin: Vector3<f64> = (b.angvel() - a.angvel()).into();
             (q, spin.dot(&axis))
         } else {
@@ -361,25 +322,42 @@ fn add_tree(world: &mut PhysicsWorld, tree: &Tree, model: &Model, floor: &Floor)
 fn joint(hold: &Attachment) -> GenericJoint {
     let mask = match hold.kind {
         JointKind::Fixed => JointAxesMask::LOCKED_FIXED_AXES,
+        JointKind::Screw if hold.is_threaded() => ALONG_AND_ABOUT,
         JointKind::Revolute | JointKind::Screw => JointAxesMask::LOCKED_REVOLUTE_AXES,
         JointKind::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
-        JointKind::Cylindrical => {
-            JointAxesMask::LIN_Y | JointAxesMask::LIN_Z | JointAxesMask::ANG_Y | JointAxesMask::ANG_Z
-        }
+        JointKind::Cylindrical => ALONG_AND_ABOUT,
         JointKind::Planar => JointAxesMask::LIN_X | JointAxesMask::ANG_Y | JointAxesMask::ANG_Z,
         JointKind::Spherical => JointAxesMask::LOCKED_SPHERICAL_AXES,
     };
     let turn = UnitQuaternion::rotation_between(&Vector3::x(), &hold.axis)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI));
     let frame = Isometry3::from_parts(Vector3::zeros().into(), turn);
+    let along = || hold.motions.iter().filter(|m| m.axis == hold.axis);
+    // Where a turn goes beyond half a round its middle is the engine's zero, which tells angles within half a round of it.
+    let beyond = |range: &[f64; 2]| range.iter().any(|end| end.abs() > HALF_ROUND);
+    let far = along().filter(|m| m.turns && !hold.is_threaded());
+    let far = far.filter_map(|m| m.range).find(beyond);
+    let middle = far.map_or(0.0, |[low, high]| 0.5 * (low + high));
+    let about = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), middle);
     let mut builder = GenericJointBuilder::new(mask)
         .contacts_enabled(false)
-        .local_frame1((hold.parent_from_part * frame).into())
+        .local_frame1((hold.parent_from_part * frame * about).into())
         .local_frame2(frame.into());
-    for motion in hold.motions.iter().filter(|m| m.axis == hold.axis) {
+    for motion in along() {
         let axis = if motion.turns { JointAxis::AngX } else { JointAxis::LinX };
-        if let Some(range) = motion.range {
-            builder = builder.limits(axis, range);
+        match motion.range {
+            Some(ends) if motion.turns && hold.is_threaded() && beyond(&ends) => {
+                let [a, b] = ends.map(|end| end * hold.pitch);
+                builder = builder.limits(JointAxis::LinX, [a.min(b), a.max(b)]);
+            }
+            Some(ends) if motion.turns => {
+                let ends = ends.map(|end| end - middle);
+                if !beyond(&ends) {
+                    builder = builder.limits(axis, ends);
+                }
+            }
+            Some(range) => builder = builder.limits(axis, range),
+            None => {}
         }
         if motion.friction > 0.0 {
             builder = builder

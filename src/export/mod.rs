@@ -5,6 +5,7 @@ mod adopt_urdf;
 mod approach;
 mod check;
 mod colliders;
+mod coupled;
 mod deed;
 mod doubts;
 mod draw;
@@ -44,7 +45,7 @@ mod write;
 mod xml;
 
 pub use adopt::{Trust, adopt};
-pub use approach::meeting;
+pub use approach::{Gap, gap, meeting};
 pub use check::{CheckReport, Problem, check};
 pub use deed::Deed;
 pub use manipulate::{film_folder, manipulate, manipulate_folder};

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::layout::lay_out;
-use super::scene::{Attachment, Part, Scene, Tree};
+use super::scene::{Attachment, Part, PartId, Scene, Tree};
 use crate::base::{Error, Pose, Result};
 use crate::twin::{JointKind, Model};
 
@@ -76,6 +76,19 @@ pub struct PlayJoint {
     pub axis: [f64; 3],
     /// The freedom along or about the axis, where there is one.
     pub motion: Option<PlayMotion>,
+    /// How far a screw advances as it turns, m/rad.
+    pub pitch: Option<f64>,
+    /// The joint of one freedom that it follows.
+    pub follows: Option<PlayLeader>,
+}
+
+/// What a joint follows.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlayLeader {
+    /// The part that hangs on the joint which leads.
+    pub part: usize,
+    /// Motion for each unit of the leader's, both zero at the first view.
+    pub ratio: f64,
 }
 
 /// One freedom: m, N, kg or rad, N·m.
@@ -123,6 +136,12 @@ pub fn playable(model: &Model) -> Result<Playable> {
         firsts.push(first);
         parts.extend(tree.parts.iter().map(|p| part(p, tree, index, first)));
     }
+    let leads = followed(&scene, &firsts);
+    for (follower, leader) in leads {
+        if let Some(joint) = parts.get_mut(follower).and_then(|p: &mut PlayPart| p.joint.as_mut()) {
+            joint.follows = Some(leader);
+        }
+    }
     Ok(Playable {
         gravity: scene.gravity.into(),
         floor: PlayFloor {
@@ -132,6 +151,23 @@ pub fn playable(model: &Model) -> Result<Playable> {
         parts,
         bonds: bonds(&scene, &firsts),
     })
+}
+
+/// Every part whose joint follows another, with what it follows.
+fn followed(scene: &Scene, firsts: &[usize]) -> Vec<(usize, PlayLeader)> {
+    let at = |id: PartId| firsts[id.tree] + id.part;
+    let single = |p: &Part| p.hold().is_some_and(|h| h.motions.len() == 1);
+    let of = |(id, part): (PartId, &Part)| {
+        let (leader, ratio) = part.hold().filter(|_| single(part))?.follows.as_ref()?;
+        let leads = |p: &Part| single(p) && p.hold().is_some_and(|h| h.joint == *leader);
+        let (leader, _) = scene.parts().find(|(_, p)| leads(p))?;
+        let leader = PlayLeader {
+            part: at(leader),
+            ratio: *ratio,
+        };
+        Some((at(id), leader))
+    };
+    scene.parts().filter_map(of).collect()
 }
 
 fn bonds(scene: &Scene, firsts: &[usize]) -> Vec<PlayBond> {
@@ -188,6 +224,8 @@ fn joint(hold: &Attachment, world_from_part: &Isometry3<f64>, first: usize) -> P
             stiffness: m.stiffness,
             rest: m.rest,
         }),
+        pitch: hold.is_threaded().then_some(hold.pitch),
+        follows: None,
     }
 }
 

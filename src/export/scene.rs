@@ -155,6 +155,13 @@ impl Scene {
     }
 }
 
+impl Attachment {
+    /// Whether it advances as it turns.
+    pub(super) fn is_threaded(&self) -> bool {
+        self.kind == JointKind::Screw && self.pitch != 0.0
+    }
+}
+
 impl Part {
     /// How the part hangs on its parent, unless it is a root.
     pub(super) fn hold(&self) -> Option<&Attachment> {

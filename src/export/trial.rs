@@ -177,7 +177,11 @@ fn position(hold: &Attachment, start_from_now: &Isometry3<f64>) -> f64 {
 
 fn moved(hold: &Attachment, q: f64) -> Isometry3<f64> {
     match hold.motions.as_slice() {
-        [m] if m.turns => Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&m.axis, q)),
+        [m] if m.turns => {
+            let advance = if hold.is_threaded() { hold.pitch * q } else { 0.0 };
+            let along = Translation3::from(m.axis.into_inner() * advance);
+            Isometry3::from_parts(along, UnitQuaternion::from_axis_angle(&m.axis, q))
+        }
         [m] => Translation3::from(m.axis.into_inner() * q).into(),
         _ => Isometry3::identity(),
     }

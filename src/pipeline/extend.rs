@@ -43,9 +43,6 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis) {
 
 /// Whether a joint has a place for it, and was given it.
 fn of_joint(twin: &mut Twin, finding: &Finding) -> bool {
-    let leader = (finding.cause == "joint-coupling")
-        .then(|| leader_of(twin, finding))
-        .flatten();
     let mut joints = twin.bodies.iter_mut().flat_map(|b| &mut b.joints);
     let Some(joint) = joints.find(|j| j.name == finding.place) else {
         return false;
@@ -64,6 +61,7 @@ fn of_joint(twin: &mut Twin, finding: &Finding) -> bool {
             detent.is_some()
         }
         "joint-coupling" => {
+            let leader = finding.leader.clone();
             joint.effects.coupling = of("rho").zip(leader).map(|(ratio, leader)| Coupling { leader, ratio });
             joint.effects.coupling.is_some()
         }
@@ -73,24 +71,6 @@ fn of_joint(twin: &mut Twin, finding: &Finding) -> bool {
         }
         _ => false,
     }
-}
-
-/// The joint that a follower follows: the other one of its parent, or the one that the evidence names where there are several.
-fn leader_of(twin: &Twin, finding: &Finding) -> Option<String> {
-    let own = twin.joints().find(|j| j.name == finding.place)?;
-    let others: Vec<&Joint> = twin
-        .joints()
-        .filter(|j| j.parent == own.parent && j.name != own.name)
-        .collect();
-    let named = |j: &&&Joint| {
-        let mut words = finding.evidence.iter().flat_map(|e| e.words.split_whitespace());
-        words.any(|w| w == j.name)
-    };
-    let leader = match others.as_slice() {
-        [only] => Some(only),
-        several => several.iter().find(named),
-    };
-    leader.map(|j| j.name.clone())
 }
 
 fn detent_of(parameters: &BTreeMap<String, Estimate>, latch: bool, turns: bool) -> Option<Detent> {
@@ -187,5 +167,52 @@ mod tests {
             .map(|s| 0.2 * s * (-0.5 * s * s).exp());
         assert!((detent.load.value - largest.fold(0.0, f64::max)).abs() < 1e-6);
         assert!((detent.reach.value - 0.06).abs() < 1e-12 && !detent.latch);
+    }
+
+    /// Of three doors on one post, the last of which follows the second.
+    #[test]
+    fn a_follower_follows_the_joint_that_its_finding_names() {
+        let joint = |name: &str| {
+            serde_json::json!({
+                "name": name, "type": "revolute", "parent": "post", "child": format!("{name} leaf"), "probability": 1.0,
+                "alternatives": [],
+                "axis": Estimate::measured([0.0, 0.0, 1.0], [0.01; 3], "1", Vec::new(), "test"),
+                "origin": Estimate::measured([0.0; 3], [0.001; 3], "m", Vec::new(), "test"),
+            })
+        };
+        let joints = ["first", "second", "third"].map(joint);
+        let body = serde_json::json!({ "name": "post", "links": [], "joints": joints });
+        let twin = serde_json::json!({
+            "format": "palpate-twin/1", "name": "doors", "gravity": [0.0, 0.0, -9.81], "bodies": [body], "relations": [],
+            "provenance": crate::twin::Provenance::default(),
+        });
+        let mut twin: Twin = serde_json::from_value(twin).expect("a twin");
+        let finding = Finding {
+            leader: Some("second".into()),
+            cause: "joint-coupling".into(),
+            place: "third".into(),
+            probability: 0.95,
+            alternatives: Vec::new(),
+            parameters: BTreeMap::from([("rho".to_owned(), estimate(0.5, [0.49, 0.51], "1"))]),
+            // Words may name any joint.
+            evidence: Vec::new(),
+            gain: crate::twin::Gain {
+                quantity: "angle".into(),
+                rmse_before: 0.1,
+                rmse_after: 0.01,
+                unit: "rad".into(),
+                held_out: Vec::new(),
+                reduction: 0.9,
+            },
+        };
+        assert!(of_joint(&mut twin, &finding));
+        let third = twin.joints().find(|j| j.name == "third").expect("the third");
+        let coupling = third.effects.coupling.as_ref().expect("a coupling");
+        assert_eq!(coupling.leader, "second");
+        assert!(
+            twin.joints()
+                .filter(|j| j.name != "third")
+                .all(|j| j.effects.is_empty())
+        );
     }
 }

@@ -73,6 +73,9 @@ pub struct Finding {
     pub evidence: Vec<Evidence>,
     /// What it gained on interactions that it did not fit.
     pub gain: Gain,
+    /// The joint that leads, of one that follows another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leader: Option<String>,
 }
 
 /// A cause and its probability.

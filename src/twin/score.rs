@@ -295,6 +295,7 @@ mod tests {
 
     fn diagnosis(cause: &str) -> Diagnosis {
         let finding = Finding {
+            leader: None,
             cause: cause.into(),
             place: "support".into(),
             probability: 0.9,

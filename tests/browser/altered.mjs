@@ -1,4 +1,5 @@
-// The demo's page with other numbers in it, for what the demo's own twin does not have: a bond that gives way, a spring.
+// The demo's page with other numbers in it, for what the demo's own twin does not have: a bond that gives way, a spring, a joint
+// that follows another, a screw.
 import { readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
@@ -41,7 +42,20 @@ async function rises(page, address) {
   });
 }
 
-/** Bonds and springs; `check` takes whether it is right and words. */
+/** Opens the flap of a changed page; how far the joints went then, and how far the flap's link rose. */
+async function opens(page, address) {
+  await page.goto(address);
+  await page.waitForFunction(() => window.palpateReady === true);
+  return page.evaluate(async () => {
+    await window.palpate.begin();
+    const height = () => window.palpate.bodies().find((b) => b.name === 'flap').position[2];
+    const before = height();
+    window.palpate.open('flap');
+    return { joints: window.palpate.joints(), rise: height() - before };
+  });
+}
+
+/** Bonds, springs, followers and screws; `check` takes whether it is right and words. */
 export async function alteredPages(page, report, out, check) {
   // The lower block weighs 1.1 N.
   for (const [breakaway, holds] of [[0.4, false], [4, true], [null, true]]) {
@@ -64,4 +78,16 @@ export async function alteredPages(page, report, out, check) {
   });
   // Dry friction of 0.51 N holds it against 40 N/m within 13 mm of where the spring is slack.
   check(opened > 0.02 && left < 0.014, `a drawer on a spring: pulled to ${(1000 * opened).toFixed(1)} mm, back to ${(1000 * left).toFixed(1)} mm`);
+
+  const follower = (physics) => {
+    const leader = part(physics, 'flap');
+    Object.assign(part(physics, 'drawer').joint, { follows: { part: physics.parts.indexOf(leader), ratio: 0.05 } });
+  };
+  const led = await opens(page, altered(report, out, 'follower', follower));
+  const [turn, slide] = [led.joints.post_flap, led.joints.carcass_drawer];
+  check(turn > 0.5 && Math.abs(slide - 0.05 * turn) < 2e-3, `a drawer that follows a flap by 50 mm/rad: ${turn.toFixed(2)} rad, ${(1000 * slide).toFixed(1)} mm`);
+  const screw = (physics) => Object.assign(part(physics, 'flap').joint, { kind: 'screw', pitch: 0.02 });
+  const risen = await opens(page, altered(report, out, 'screw', screw));
+  const up = 0.02 * risen.joints.post_flap;
+  check(risen.joints.post_flap > 0.5 && Math.abs(risen.rise - up) < 2e-3, `a flap on a thread of 20 mm/rad: ${risen.joints.post_flap.toFixed(2)} rad, rises ${(1000 * risen.rise).toFixed(1)} mm`);
 }

@@ -111,7 +111,10 @@ fn coupled(
             held.iter().map(|f| f.interaction.clone()).collect(),
         ),
     };
-    Some(told.finding())
+    Some(Finding {
+        leader: Some(leads.name.clone()),
+        ..told.finding()
+    })
 }
 
 /// Root mean square of what a ratio leaves of the follower's way from where it began.

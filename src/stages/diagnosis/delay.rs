@@ -169,6 +169,7 @@ impl Told {
         let degrees = each.len() as f64 - 1.0;
         let value = Estimate::measured(self.value.0, self.value.1, self.unit, from, "path-against-speed");
         Some(Finding {
+            leader: None,
             cause: self.cause.into(),
             place: "sensor".into(),
             probability: 0.9,

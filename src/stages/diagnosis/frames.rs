@@ -70,6 +70,7 @@ pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
         )
     };
     Some(Finding {
+        leader: None,
         cause: cause.into(),
         place: "sensor".into(),
         probability: if other.is_some() { 0.7 } else { 0.95 },

@@ -36,6 +36,7 @@ fn finding(joint: &Joint, value: Option<&Estimate>, (cause, name, words): (&str,
         words: words.into(),
     };
     Some(Finding {
+        leader: None,
         cause: cause.into(),
         place: joint.name.clone(),
         probability: 0.95,

@@ -41,6 +41,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             continue;
         }
         out.push(Finding {
+            leader: None,
             cause: law.cause.into(),
             place: law.place.clone(),
             probability: own,

@@ -115,6 +115,7 @@ impl Offset {
             words,
         };
         Finding {
+            leader: None,
             cause: "com-offset".into(),
             place: name.to_owned(),
             probability: 0.98,

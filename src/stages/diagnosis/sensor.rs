@@ -98,6 +98,7 @@ fn force_gain() -> Gain {
 
 fn finding(cause: &str, (name, value): (&str, Estimate<f64>), evidence: Evidence, gain: Gain) -> Finding {
     Finding {
+        leader: None,
         cause: cause.into(),
         place: "sensor".into(),
         probability: 0.99,

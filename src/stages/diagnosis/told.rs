@@ -28,6 +28,7 @@ impl Told<'_> {
         let (name, value) = self.parameter;
         let rivals = self.rivals.iter().filter(|r| r.1 > 0.0);
         Finding {
+            leader: None,
             cause: self.cause.into(),
             place: self.place.into(),
             probability: self.probability,

@@ -37,7 +37,7 @@ pub fn identify(
 ) -> Result<()> {
     config.check()?;
     let ground = ground_of(capture, &model.twin);
-    let befores = befores_by(capture, model, &config.materials)?;
+    let befores = befores(capture, model, &config.materials)?;
     let shapes = shapes(model, &befores, &ground);
     let facts = gather(capture, segmented, &ground, model, &shapes, config, notices);
     for (name, found) in &facts {
@@ -98,13 +98,8 @@ pub(super) fn shapes(model: &Model, befores: &BTreeMap<String, Before>, ground: 
     befores.iter().filter_map(of).collect()
 }
 
-/// What is known beforehand of every link.
-pub(super) fn befores<'a>(capture: &'a Capture, model: &Model) -> Result<BTreeMap<String, Before<'a>>> {
-    befores_by(capture, model, &[])
-}
-
-/// The same, with friction by pair of materials that comes before the built-in table.
-fn befores_by<'a>(
+/// What is known beforehand of every link; friction by pair of `materials` comes before the built-in table.
+pub(super) fn befores<'a>(
     capture: &'a Capture,
     model: &Model,
     materials: &[MaterialFriction],

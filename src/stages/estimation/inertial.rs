@@ -46,9 +46,10 @@ impl Inertial {
 /// Every push that was fast enough to tell of inertia, of links that moved alone.
 pub fn inertial(capture: &Capture, segmented: &[Segmented], model: &Model) -> Result<Vec<Inertial>> {
     let ground = ground_of(capture, &model.twin);
-    let befores = befores(capture, model)?;
-    let shapes = shapes(model, &befores, &ground);
     let config = Config::default();
+    // Their shapes alone are asked, which no table of materials changes.
+    let befores = befores(capture, model, &config.materials)?;
+    let shapes = shapes(model, &befores, &ground);
     let pushes = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
     let one = |interaction: &crate::capture::Interaction| {
         let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;

@@ -75,7 +75,7 @@ function goalOf({ range, turns }) {
 /** Pulls a joint open by what hangs on it, or shut where it stands open, while another hand holds what it hangs on. */
 export function open(sim, part) {
   const { world } = sim;
-  const { motion } = part.data.joint;
+  const { motion, pitch } = part.data.joint;
   const start = world.jointState(part).value;
   const goal = Math.abs(start) > 0.3 * Math.abs(goalOf(motion)) ? 0 : goalOf(motion);
   const turn = world.rotation(part);
@@ -92,7 +92,7 @@ export function open(sim, part) {
     step(dt) {
       time += dt;
       at += Math.sign(goal - start) * Math.min(speed * dt, Math.abs(goal - at));
-      if (motion.turns) hand.goal.copy(grip).sub(origin).applyQuaternion(new Quaternion().setFromAxisAngle(axis, at - start)).add(origin);
+      if (motion.turns) hand.goal.copy(grip).sub(origin).applyQuaternion(new Quaternion().setFromAxisAngle(axis, at - start)).add(origin).addScaledVector(axis, (pitch || 0) * (at - start));
       else hand.goal.copy(grip).addScaledVector(axis, at - start);
       return time < Math.abs(goal - start) / speed + 0.5;
     },

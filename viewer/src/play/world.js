@@ -4,6 +4,7 @@
 import { Matrix4, Quaternion, Vector3 } from 'three';
 import { colliders } from './colliders.js';
 import { Bonds } from './bonds.js';
+import { follow, thread, wholeTurns } from './coupled.js';
 
 /** Step, s. */
 export const STEP = 0.004;
@@ -13,7 +14,9 @@ const LENGTH = 0.3;
 export const ROUNDS = 8;
 /** Axes of a joint in the engine, by number: three slides, three turns. */
 const TURN_X = 3;
-const FREE = { revolute: 0b110111, screw: 0b110111, prismatic: 0b111110, cylindrical: 0b110110, planar: 0b110001, spherical: 0b000111 };
+/** The widest turn to either side that the engine tells from one the other way round, rad. */
+const HALF_ROUND = 3;
+const FREE = { revolute: 0b110111, screw: 0b110111, thread: 0b110110, prismatic: 0b111110, cylindrical: 0b110110, planar: 0b110001, spherical: 0b000111 };
 
 export const vec = (v) => new Vector3(v.x, v.y, v.z);
 const quat = (q) => new Quaternion(q.x, q.y, q.z, q.w);
@@ -92,7 +95,7 @@ export class World {
     const from = part.start.clone().sub(parent.start);
     const origin = new Vector3();
     part.axis = new Vector3(...joint.axis).normalize();
-    const mask = FREE[joint.kind];
+    const mask = FREE[joint.pitch ? 'thread' : joint.kind];
     const data = mask === undefined
       ? JointData.fixed(from, UNTURNED, origin, UNTURNED)
       : JointData.generic(from, origin, part.axis, mask);
@@ -100,15 +103,20 @@ export class World {
     made.setContactsEnabled(false);
     part.parent = parent;
     part.body.setAdditionalPgsIterations(ROUNDS);
-    this.brake(made, joint.motion);
+    this.brake(made, joint);
   }
 
   /** Ends, and dry friction as a brake: a motor towards standstill that can do no more than the friction. */
-  brake(joint, motion) {
+  brake(joint, { motion, pitch }) {
     if (!motion) return;
     const axis = motion.turns ? TURN_X : 0;
     const raw = joint.rawSet;
-    if (motion.range) raw.jointSetLimits(joint.handle, axis, ...motion.range);
+    if (motion.range) {
+      // The engine tells a turn within half a round only; beyond it a screw ends by its advance.
+      const far = motion.turns && motion.range.some((end) => Math.abs(end) > HALF_ROUND);
+      if (!far) raw.jointSetLimits(joint.handle, axis, ...motion.range);
+      else if (pitch) raw.jointSetLimits(joint.handle, 0, ...motion.range.map((end) => end * pitch).sort((a, b) => a - b));
+    }
     if (motion.friction > 0) {
       raw.jointConfigureMotorVelocity(joint.handle, axis, 0, 1e6);
       raw.jointSetMotorMaxForce(joint.handle, axis, motion.friction);
@@ -165,19 +173,23 @@ export class World {
 
   /** Position of a joint with one freedom and its speed: m or rad, from the first view. */
   jointState(part) {
-    const { motion } = part.data.joint;
+    const { motion, pitch } = part.data.joint;
+    if (!motion.turns) return this.advance(part);
+    const axis = part.axis.clone().applyQuaternion(this.rotation(part));
+    const q = this.rotation(part.parent).invert().multiply(this.rotation(part));
+    const turned = 2 * Math.atan2(q.x * part.axis.x + q.y * part.axis.y + q.z * part.axis.z, q.w);
+    const [low, high] = motion.range || [0, 0];
+    const value = wholeTurns(turned, pitch ? this.advance(part).value / pitch : (low + high) / 2);
+    const spin = vec(part.body.angvel()).sub(vec(part.parent.body.angvel()));
+    return { value, speed: spin.dot(axis), axis };
+  }
+
+  /** How far a part went along its joint's axis, m, and how fast, m/s, from the first view. */
+  advance(part) {
     const { parent } = part;
-    const [turnParent, turn] = [this.rotation(parent), this.rotation(part)];
-    const axis = part.axis.clone().applyQuaternion(turn);
-    if (motion.turns) {
-      const q = turnParent.clone().invert().multiply(turn);
-      const along = q.x * part.axis.x + q.y * part.axis.y + q.z * part.axis.z;
-      const value = 2 * Math.atan2(along, q.w);
-      const spin = vec(part.body.angvel()).sub(vec(parent.body.angvel()));
-      return { value: value > Math.PI ? value - 2 * Math.PI : value < -Math.PI ? value + 2 * Math.PI : value, speed: spin.dot(axis), axis };
-    }
+    const axis = part.axis.clone().applyQuaternion(this.rotation(part));
     const from = part.start.clone().sub(parent.start);
-    const moved = this.position(part).sub(this.position(parent)).applyQuaternion(turnParent.invert()).sub(from);
+    const moved = this.position(part).sub(this.position(parent)).applyQuaternion(this.rotation(parent).invert()).sub(from);
     const at = part.body.translation();
     const slip = vec(part.body.velocityAtPoint(at)).sub(vec(parent.body.velocityAtPoint(at)));
     return { value: moved.dot(part.axis), speed: slip.dot(axis), axis };
@@ -190,22 +202,35 @@ export class World {
 
   spring(part) {
     if (!this.hasState(part)) return;
-    const { motion } = part.data.joint;
-    if (motion.stiffness <= 0 && motion.damping <= 0) return;
-    const { value, speed, axis } = this.jointState(part);
-    // No explicit damper may do more in a step than stop the part.
-    const inertia = motion.turns ? 1 / Math.max(this.yields(part, axis), 1e-12) : part.data.mass;
-    const damping = Math.min(motion.damping, (0.5 * inertia) / STEP);
-    const effort = axis.multiplyScalar(-motion.stiffness * (value - motion.rest) - damping * speed);
-    const against = effort.clone().negate();
-    if (motion.turns) {
-      part.body.addTorque(effort, true);
-      part.parent.body.addTorque(against, true);
-    } else {
-      const at = part.body.translation();
-      part.body.addForceAtPoint(effort, at, true);
-      part.parent.body.addForceAtPoint(against, at, true);
+    const { motion, pitch, follows } = part.data.joint;
+    if (motion.stiffness > 0 || motion.damping > 0) {
+      const { value, speed, axis } = this.jointState(part);
+      // No explicit damper may do more in a step than stop the part.
+      const damping = Math.min(motion.damping, (0.5 * this.inertia(part, axis)) / STEP);
+      this.load(part, axis, -motion.stiffness * (value - motion.rest) - damping * speed);
     }
+    if (pitch) thread(this, part);
+    const leader = follows && this.parts[follows.part];
+    if (leader && this.hasState(leader)) follow(this, part, leader, follows.ratio);
+  }
+
+  /** Inertia of a part along its freedom, as if nothing hung on it: kg·m² or kg. */
+  inertia(part, axis) {
+    return part.data.joint.motion.turns ? 1 / Math.max(this.yields(part, axis), 1e-12) : part.data.mass;
+  }
+
+  /** Loads a joint, N·m or N, and its parent the other way. */
+  load(part, axis, effort) {
+    if (!part.data.joint.motion.turns) return this.pushApart(part, axis, effort);
+    part.body.addTorque(axis.clone().multiplyScalar(effort), true);
+    part.parent.body.addTorque(axis.clone().multiplyScalar(-effort), true);
+  }
+
+  /** A force along a joint's axis on its child, N, and the other way on its parent. */
+  pushApart(part, axis, force) {
+    const at = part.body.translation();
+    part.body.addForceAtPoint(axis.clone().multiplyScalar(force), at, true);
+    part.parent.body.addForceAtPoint(axis.clone().multiplyScalar(-force), at, true);
   }
 
   /** Turning about an axis per torque: axis · I⁻¹ axis. */

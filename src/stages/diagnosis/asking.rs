@@ -149,6 +149,23 @@ pub struct Done {
     pub tossed: bool,
 }
 
+/// What the motions of joints show.
+const OF_JOINTS: &[&str] = &[
+    "joint-stiction",
+    "joint-damping",
+    "joint-spring",
+    "joint-gravity",
+    "detent",
+    "latch",
+    "soft-close",
+    "limit-compliance",
+    "backlash",
+    "joint-loose-mass",
+    "moving-axis",
+];
+/// How to let a thing roll.
+const ROLL: &str = "push what is round so that it rolls on by itself, at two speeds and along two headings";
+
 /// Causes of which nothing shows unless something is done that was not, or that needs more than these data have.
 fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
     let mut out: Vec<(&[&str], &str)> = Vec::new();
@@ -191,19 +208,7 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
     }
     if done.joints > 0 && !done.turned {
         out.push((
-            &[
-                "joint-stiction",
-                "joint-damping",
-                "joint-spring",
-                "joint-gravity",
-                "detent",
-                "latch",
-                "soft-close",
-                "limit-compliance",
-                "backlash",
-                "joint-loose-mass",
-                "moving-axis",
-            ],
+            OF_JOINTS,
             "move the joint through all of its range and back, by a handle, at three speeds or more",
         ));
     }
@@ -216,12 +221,9 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
             &["yaw-inertia", "contact-law"],
             "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
         ));
-        if !done.rolled {
-            out.push((
-                &["rolling-resistance"],
-                "push what is round so that it rolls on by itself, at two speeds and along two headings",
-            ));
-        }
+    }
+    if done.pushed && !done.rolled {
+        out.push((&["rolling-resistance"], ROLL));
     }
     if done.turned && done.joints < 2 {
         out.push((

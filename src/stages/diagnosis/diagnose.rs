@@ -18,7 +18,7 @@ use super::onset::presliding_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
-use super::rolls::rolls;
+use super::rolls::{Rolls, rolls};
 use super::sensor::{rounded_away, sensor_findings};
 use super::sinking::sinking_findings;
 use super::tosses::of_all_bodies;
@@ -170,6 +170,14 @@ impl Loads {
         findings
     }
 
+    /// What slows the things that roll.
+    fn of_rolls(&mut self, rolls: Rolls) -> Vec<Finding> {
+        self.rolled = rolls.plain.iter().map(|t| t.interaction.clone()).collect();
+        self.plain_tosses.extend(rolls.plain);
+        self.full_tosses.extend(rolls.full);
+        rolls.findings
+    }
+
     /// The largest effect size of each cause, over its forms and the kinds of experiment.
     fn note(&mut self, family: &dyn Family, ladder: &Ladder) {
         for (law, size) in ladder.effect_sizes() {
@@ -248,11 +256,7 @@ fn name_causes(
             .full
             .extend(joint.iter().flat_map(|m| m.curves(&ladder.full)).map(owned));
     }
-    let rolls = rolls(capture, segmented, model);
-    findings.extend(rolls.findings);
-    loads.rolled = rolls.plain.iter().map(|t| t.interaction.clone()).collect();
-    loads.plain_tosses.extend(rolls.plain);
-    loads.full_tosses.extend(rolls.full);
+    findings.extend(loads.of_rolls(rolls(capture, segmented, model)));
     let tossed = of_all_bodies(capture, model);
     let done = asking::Done {
         pushed: pushes.is_some(),
@@ -271,9 +275,18 @@ fn name_causes(
         loads.full_tosses.extend(tosses.traces(&ladder.full));
     }
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
+    findings_of_inertia(capture, model, pushes.is_some(), &loads, findings);
+    let of_joints = joint_findings(model, findings);
+    findings.extend(of_joints);
+    findings.extend(told_by_one_number(capture, segmented, model));
+    findings.retain(|f| config.allows(&f.cause));
+    (asking::experiments(findings, &untestable, done), loads)
+}
+
+/// Inertia that is not that of the weight, or of the shape.
+fn findings_of_inertia(capture: &Capture, model: &Model, pushed: bool, loads: &Loads, findings: &mut Vec<Finding>) {
     // What else acts on a pushed body acts on it while it coasts, and what swings takes part in the speeding up.
-    let acted_on =
-        |f: &Finding| f.place != "sensor" && pushes.is_some() && model.twin.joints().all(|j| j.name != f.place);
+    let acted_on = |f: &Finding| f.place != "sensor" && pushed && model.twin.joints().all(|j| j.name != f.place);
     if !findings.iter().any(acted_on) {
         let swings = loads.effect_sizes.get("loose-mass").copied().unwrap_or(0.0);
         findings.extend(inertia::inertia_findings(&loads.fast, model, swings));
@@ -283,11 +296,6 @@ fn name_causes(
     } else if findings.iter().filter(|f| acted_on(f)).all(|f| f.cause == "com-offset") {
         uneven(findings, yaw_findings(capture, model), model);
     }
-    let of_joints = joint_findings(model, findings);
-    findings.extend(of_joints);
-    findings.extend(told_by_one_number(capture, segmented, model));
-    findings.retain(|f| config.allows(&f.cause));
-    (asking::experiments(findings, &untestable, done), loads)
 }
 
 /// Odds that a body whose centre is not the shape's has another inertia too, where that is not known.

@@ -37,6 +37,7 @@ mod resolve;
 mod rolling;
 mod share;
 mod shoved;
+mod shoved_run;
 mod slip;
 mod solid;
 mod spin;

@@ -3,27 +3,23 @@
 //! Output error: the measured wrench drives a simulated body ([`Shoved`]), and its way and heading are compared with
 //! the track; neither a speed nor an acceleration is taken from differences. While it is pushed, the force tells the
 //! friction force; while it coasts, the way tells the friction force over the mass. One push has one friction, so that the
-//! scatter of friction from push to push does not reach the mass. The blow at first touch lasts for a few readings, too
-//! few to tell its impulse: what is compared begins after it, from an unknown motion.
+//! scatter of friction from push to push does not reach the mass. Where the blow at first touch is soft, or read often
+//! enough to tell its impulse, the push is followed from rest on; where it is not, from after it, from an unknown motion.
 
-use nalgebra::{DVector, Matrix5, UnitQuaternion, Vector2, Vector3, Vector5};
+use nalgebra::{DVector, Matrix5, Vector2, Vector5};
 
 use super::Config;
 use super::accelerate::Accelerated;
-use super::action::rest_pose;
 use super::basins::{Basin, apart, basins_of};
 use super::coast::Shape;
-use super::evidence::{Tare, mean_wrench, tare_of, tool_at};
 use super::face::Face;
 use super::facts::Ground;
-use super::push::Plane;
+use super::shoved_run::{Run, run_of};
 use super::spin::Spun;
-use crate::capture::{Interaction, PhaseKind, Segmented, WrenchStream};
+use crate::capture::{Interaction, Segmented};
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median, quantile};
-use crate::physics::{PlaneMotion, Shove, Shoved, Simulator};
+use crate::physics::{PlaneMotion, Shoved, Simulator};
 
-/// Least speed at which a body coasts a millimetre and more once it is let go, m/s.
-const FAST: f64 = 0.1;
 /// Log standard deviations of the torsional radius and of the radius of gyration about those of the shape.
 const RADII: [f64; 2] = [0.3, 0.2];
 /// Delay between force and track that is allowed for (1 sd), s.
@@ -33,17 +29,7 @@ const WORTH: f64 = 0.15;
 const MISFIT: f64 = 12.0;
 /// Relative doubt for every standard deviation of the track by which the law misses beyond noise.
 const FORM: f64 = 0.01;
-/// Rows of the track that are compared at most.
-const MOST: usize = 300;
-/// Time after the last motion that is compared, s.
-const REST: f64 = 0.08;
-/// What exceeds this many times the usual force of the push is a blow; time after it until its force is forgotten, s.
-const BLOW: f64 = 2.5;
-const AFTER: f64 = 0.012;
-/// Readings, at 500 a second or fewer, from which on the impulse of a blow is known.
-const OFTEN: f64 = 4.0;
-/// Time before the touch that is compared, s: what stands there has no speed. Misfit to which the law bears it, in variances.
-const STANDS: f64 = 0.03;
+/// Misfit of a push followed from rest to which the law bears it, in variances.
 const BORNE: f64 = 3.0;
 /// Relative doubt of a push that begins at rest: how its points let go one after another, and how the load tips, are in no law here.
 const LETS_GO: f64 = 0.03;
@@ -51,21 +37,6 @@ const LETS_GO: f64 = 0.03;
 const FIRST: usize = 8;
 /// Unknowns of the law; the motion at the start comes on top.
 const LAW: usize = 7;
-
-struct Run {
-    shoves: Vec<Shove>,
-    time: Vec<f64>,
-    position: Vec<Vector2<f64>>,
-    heading: Vec<f64>,
-    /// From the tracked point to the centroid at the start, m.
-    centre: Vector2<f64>,
-    noise: (f64, f64),
-    /// World-from-link turn at the start, and the heading at which the link's own plane axes are those of the plane.
-    home: UnitQuaternion<f64>,
-    aligned: f64,
-    /// Along the support's normal, m/s².
-    gravity: f64,
-}
 
 /// Mass and friction force of a link that was shoved alone; nothing where it was not fast, or where they do not show.
 pub(super) fn shoved(
@@ -189,119 +160,6 @@ fn told_by(
         misfit,
         basins,
     })
-}
-
-fn run_of(
-    interaction: &Interaction,
-    segmented: &Segmented,
-    link: &str,
-    ground: &Ground,
-    shape: &Shape,
-    face: Option<&Face>,
-    from_rest: bool,
-) -> Option<Run> {
-    let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
-    let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
-    let plane = &ground.plane;
-    if plane.flat(&ground.gravity).norm() > 0.02 * ground.gravity.norm() {
-        return None;
-    }
-    let rest = segmented.phases.first().filter(|p| p.kind == PhaseKind::Rest)?;
-    let home = rest_pose(track, (rest.start, rest.end))?.0;
-    let onset = segmented.of(PhaseKind::Slide).map(|p| p.start).reduce(f64::min)?;
-    let tare = tare_of(interaction, segmented);
-    let touch = segmented
-        .of(PhaseKind::Stick)
-        .map(|p| p.start)
-        .reduce(f64::min)
-        .unwrap_or(onset);
-    let from = match after_blows(stream, &tare, plane, onset)? {
-        from if !from_rest => from,
-        from => (from <= onset).then_some(onset.min(touch) - STANDS)?,
-    };
-    let origin = plane.flat(&home.translation.vector);
-    let heading = |i: usize| {
-        let turn: Vector3<f64> = (track.rotation[i]? * home.rotation.inverse()).scaled_axis();
-        Some(turn.dot(&plane.normal))
-    };
-    let noise = (
-        segmented.position_noise.unwrap_or(3e-4).max(2e-5),
-        segmented.rotation_noise.unwrap_or(3e-3).max(2e-4),
-    );
-    let mut rows: Vec<(f64, Vector2<f64>, f64)> = (0..track.len())
-        .filter(|&i| track.time[i] >= from && track.position[i].coords.iter().all(|x| x.is_finite()))
-        .filter_map(|i| Some((track.time[i], plane.flat(&track.position[i].coords), heading(i)?)))
-        .collect();
-    let last = rows.last()?.1;
-    let stands = rows.iter().rposition(|r| (r.1 - last).norm() > 4.0 * noise.0)?;
-    let until = rows[stands].0 + REST;
-    rows.retain(|r| r.0 <= until);
-    let speeds: Vec<f64> = rows
-        .windows(4)
-        .map(|w| (w[3].1 - w[0].1).norm() / (w[3].0 - w[0].0).max(1e-6))
-        .collect();
-    if rows.len() < 12 || quantile(&speeds, 0.95)? < FAST {
-        return None;
-    }
-    let rows: Vec<_> = rows.iter().step_by(rows.len().div_ceil(MOST)).collect();
-    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
-    let half = 0.5 / rate.min(500.0);
-    let shove = |&t: &f64| {
-        let wrench = mean_wrench(stream, t - half, t + half, &tare)?;
-        let finger = tool_at(tool, t)?;
-        let row = track.time.partition_point(|x| *x < t).min(track.len() - 1);
-        // Without torque the force acts where finger and face touch.
-        let touch = match (wrench.torque, face, track.pose(row)) {
-            (None, Some(face), Some(pose)) => face.touch(&pose.0, &finger).unwrap_or_default(),
-            _ => Vector3::zeros(),
-        };
-        Some(Shove {
-            time: t,
-            force: plane.flat(&wrench.force),
-            at: plane.flat(&(finger + touch).coords).into(),
-            moment: wrench.torque.map_or(0.0, |m| m.dot(&plane.normal)),
-            height: (finger - ground.point).dot(&plane.normal).max(0.0),
-            lift: wrench.force.dot(&plane.normal),
-        })
-    };
-    let inside = stream.time.iter().filter(|t| **t >= from && **t <= until);
-    Some(Run {
-        shoves: inside.filter_map(shove).collect(),
-        time: rows.iter().map(|r| r.0).collect(),
-        position: rows.iter().map(|r| r.1).collect(),
-        heading: rows.iter().map(|r| r.2).collect(),
-        centre: plane.flat(&(home * shape.centre).coords) - origin,
-        noise,
-        home: home.rotation,
-        aligned: {
-            let own = plane.flat(&(home.rotation * Plane::of(home.rotation.inverse() * plane.normal).x));
-            -own.y.atan2(own.x)
-        },
-        gravity: -ground.gravity.dot(&plane.normal),
-    })
-}
-
-/// When the last blow is over, s: the force that is usual in contact is exceeded no more.
-fn after_blows(stream: &WrenchStream, tare: &Tare, plane: &Plane, onset: f64) -> Option<f64> {
-    let size = |i: usize| plane.flat(&(stream.force[i] - tare.force)).norm();
-    let rows: Vec<usize> = (0..stream.time.len()).filter(|&i| size(i).is_finite()).collect();
-    let strong = rows.iter().map(|i| size(*i)).fold(0.0, f64::max);
-    let touching: Vec<f64> = rows
-        .iter()
-        .map(|i| size(*i))
-        .filter(|f| *f > 0.05 * strong.min(10.0))
-        .collect();
-    let usual = median(&touching)?;
-    let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
-    let mut end = onset;
-    for blow in rows.chunk_by(|a, b| (size(*a) > BLOW * usual) == (size(*b) > BLOW * usual)) {
-        let span = stream.time[blow[blow.len() - 1]] - stream.time[blow[0]];
-        // One that is read often enough tells its impulse.
-        if size(blow[0]) > BLOW * usual && span * rate.min(500.0) < OFTEN {
-            end = end.max(stream.time[blow[blow.len() - 1]] + AFTER);
-        }
-    }
-    Some(end)
 }
 
 /// Logarithms of mass and friction force, centre of mass off the centroid (m), logarithms of the radii over those of the

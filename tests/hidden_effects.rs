@@ -257,3 +257,26 @@ fn what_slows_a_rolling_ball_is_found_and_is_no_sliding_friction() {
             .is_none()
     );
 }
+
+#[test]
+fn friction_that_is_not_in_proportion_to_the_load_is_found() {
+    let run = probed("probe-loads", "load-dependent-friction", 1);
+    assert_eq!(named(&run), ["load-dependent-friction"]);
+    assert_eq!(run.diagnosis.verdict, Verdict::Explained);
+    assert!(run.diagnosis.findings[0].gain.reduction > 0.5);
+
+    let plain = probed("probe-loads", "none", 1);
+    assert!(named(&plain).is_empty());
+    assert_eq!(plain.diagnosis.verdict, Verdict::Adequate);
+    // What a hand presses down is part of the load.
+    let friction = plain
+        .model
+        .twin
+        .link("block")
+        .expect("the block")
+        .friction
+        .kinetic
+        .clone();
+    let friction = friction.expect("its friction");
+    assert!((friction.value / 0.32 - 1.0).abs() < 0.01, "{}", friction.value);
+}

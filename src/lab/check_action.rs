@@ -73,7 +73,10 @@ impl Checker<'_> {
                 self.not_negative(&format!("{place}.tool_friction"), *tool_friction)?;
                 self.tool(&format!("{place}.tool"), tool)
             }
-            ActionSpec::Pull { direction, .. } => self.direction(&format!("{place}.direction"), *direction),
+            ActionSpec::Pull { direction, down, .. } => {
+                self.not_negative(&format!("{place}.down"), *down)?;
+                self.direction(&format!("{place}.direction"), *direction)
+            }
             ActionSpec::Press { tool, hold, .. } => {
                 self.not_negative(&format!("{place}.hold"), *hold)?;
                 self.tool(&format!("{place}.tool"), tool)

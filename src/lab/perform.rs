@@ -259,6 +259,7 @@ fn hand_of(
     Some(Hand::Hold {
         body: world.index(script.target.as_deref()?)?,
         pin: wielding.tool.pin,
+        down: wielding.down,
         weld: None,
     })
 }

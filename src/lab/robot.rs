@@ -107,6 +107,7 @@ impl LabRig {
                 travel,
                 speed,
                 pin: true,
+                down: 0.0,
                 arc: false,
                 back: false,
                 held_out,

@@ -23,6 +23,7 @@ const SCENES: &[(&str, &str)] = &[
     scene!("hinge"),
     scene!("mug"),
     scene!("probe-hinge"),
+    scene!("probe-loads"),
     scene!("probe-pair"),
     scene!("probe-presses"),
     scene!("probe-pushes"),

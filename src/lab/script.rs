@@ -81,6 +81,9 @@ pub enum ActionSpec {
         /// Free pivot rather than a rigid grip.
         #[serde(default)]
         pin: bool,
+        /// Force with which the hand presses down all the while, N.
+        #[serde(default)]
+        down: f64,
         /// Follow the joint of the target.
         #[serde(default)]
         arc: bool,

@@ -49,6 +49,13 @@ impl Hiding {
         if body == self.body { &self.laws } else { &[] }
     }
 
+    /// What the table bears of a body, N.
+    pub fn feel(&mut self, body: usize, bears: f64) {
+        if body == self.body {
+            self.laws.iter_mut().for_each(|law| law.feel(bears));
+        }
+    }
+
     /// Whether a law acts on what rests.
     pub fn never_rests(&self) -> bool {
         self.laws.iter().any(SlideLaw::never_rests)

@@ -42,6 +42,8 @@ pub(crate) struct Wielding {
     pub tool: Tool,
     pub shape: PartShape,
     pub friction: f64,
+    /// Force with which it presses down what it holds, N.
+    pub down: f64,
     pub drive: Drive,
     /// From when to when it holds the target; otherwise it touches from outside.
     pub holds: Option<(f64, f64)>,
@@ -160,6 +162,7 @@ fn holding(drive: Drive, pin: bool, holds: (f64, f64)) -> Wielding {
         },
         shape: PartShape::Sphere { radius: GRIPPER },
         friction: 0.0,
+        down: 0.0,
         drive,
         holds: Some(holds),
     }
@@ -174,6 +177,7 @@ fn pull(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         travel,
         speed,
         pin,
+        down,
         arc,
         back,
         held_out,
@@ -212,7 +216,10 @@ fn pull(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         course,
         moves,
     };
-    script.wielding = Some(holding(drive, *pin, (ATTACH, f64::INFINITY)));
+    script.wielding = Some(Wielding {
+        down: *down,
+        ..holding(drive, *pin, (ATTACH, f64::INFINITY))
+    });
     Ok(script)
 }
 
@@ -297,6 +304,7 @@ fn press(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         shape,
         drive,
         friction: 0.4,
+        down: 0.0,
         holds: None,
     });
     Ok(script)

@@ -96,6 +96,7 @@ pub(super) fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Res
         },
         shape,
         friction: *tool_friction,
+        down: 0.0,
         drive,
         holds: None,
     });

@@ -34,7 +34,13 @@ pub(crate) enum Hand {
         cushions: Vec<Cushion>,
     },
     /// Holding a body; before and after that, nothing.
-    Hold { body: usize, pin: bool, weld: Option<Weld> },
+    Hold {
+        body: usize,
+        pin: bool,
+        /// Force into the table, N.
+        down: f64,
+        weld: Option<Weld>,
+    },
 }
 
 /// Contact of the tool with one piece of one body.
@@ -94,7 +100,7 @@ impl Hand {
 
     /// Takes hold, as things are.
     pub fn grasp(&mut self, tool: &Frame, bodies: &[RigidBody]) {
-        if let Hand::Hold { body, pin, weld } = self {
+        if let Hand::Hold { body, pin, weld, .. } = self {
             let held = &bodies[*body];
             let linear = stiff(GRIP.0, held.compliance_at(&tool.position));
             let angular = if *pin {
@@ -156,11 +162,15 @@ impl Hand {
                     total.add(&wrench, 1.0);
                 }
             }
-            Hand::Hold { body, weld, .. } => {
+            Hand::Hold { body, down, weld, .. } => {
                 if let Some(weld) = weld {
                     let (wrench, _) = weld.act(tool, &bodies[*body].frame);
                     bodies[*body].wrench.add(&wrench, 1.0);
                     total = wrench;
+                    let mut pressing = Wrench::zero();
+                    pressing.push(&tool.position, Vector3::z() * -*down);
+                    bodies[*body].wrench.add(&pressing, 1.0);
+                    total.add(&pressing, 1.0);
                 }
             }
         }

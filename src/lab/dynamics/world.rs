@@ -265,6 +265,9 @@ impl World {
                 let laws = self.hiding.as_ref().map_or(&[][..], |hiding| hiding.laws_of(i));
                 let wrench = standing.act(&body.frame, leans, laws, dt);
                 body.wrench.add(&wrench, 1.0);
+                if let Some(hiding) = &mut self.hiding {
+                    hiding.feel(i, wrench.force.z);
+                }
             }
         }
         self.touch_each_other(dt);

@@ -13,6 +13,7 @@ use crate::twin::Truth;
 enum Shows {
     Push,
     Roll,
+    Load,
     Press,
     Turn,
     Pair,
@@ -35,6 +36,7 @@ const CAUSES: &[(&str, Shows)] = &[
     ("yaw-inertia", Shows::Push),
     ("nonuniform-density", Shows::Push),
     ("rolling-resistance", Shows::Roll),
+    ("load-dependent-friction", Shows::Load),
     ("loose-mass", Shows::Push),
     ("added-inertia", Shows::Push),
     ("support-tilt", Shows::Push),
@@ -101,6 +103,7 @@ fn shows(scene: &Scene, what: Shows) -> bool {
     scene.action.iter().any(|action| match (what, action) {
         (Shows::Push, ActionSpec::Push { target, .. }) => !hinged(target) && !round(target),
         (Shows::Roll, ActionSpec::Push { target, .. }) => !hinged(target) && round(target),
+        (Shows::Load, ActionSpec::Pull { target, down, .. }) => *down > 0.0 && !hinged(target),
         (Shows::Press, ActionSpec::Press { target, .. }) => {
             scene.body.iter().any(|b| &b.name == target && b.foam.is_some())
         }

@@ -124,6 +124,11 @@ impl Draw {
                 damping: self.uniform("damping_ratio", 0.03, 0.3),
                 state: None,
             },
+            "load-dependent-friction" => SlideLaw::Load {
+                amplitude: self.say("amplitude", (0.25 * s).min(0.8)),
+                weight: 0.0,
+                load: 0.0,
+            },
             "rolling-resistance" => SlideLaw::Rolling {
                 length: self.say("length", 2e-4 * s),
                 rises: if self.rng.random::<bool>() {

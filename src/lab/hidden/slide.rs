@@ -99,6 +99,8 @@ pub(in crate::lab) enum SlideLaw {
     Rolling { length: f64, rises: f64 },
     /// Mass that does not weigh.
     AddedInertia { mass: f64 },
+    /// `1 + a (exp(1 - N/N0) - 1)` of the load `N` that the table bears, smoothed over some steps, and the weight `N0`, N.
+    Load { amplitude: f64, weight: f64, load: f64 },
     /// Outside the catalogue: friction that is periodic in place.
     Texture {
         amplitude: f64,
@@ -117,6 +119,8 @@ pub(in crate::lab) enum SlideLaw {
 
 /// Turning below which rolling resistance fades out, rad/s.
 const TURNS: f64 = 0.05;
+/// Share of a step's load that is taken on.
+const SMOOTH: f64 = 0.02;
 
 impl SlideLaw {
     /// Whether it acts on a body that rests and is left alone.
@@ -144,6 +148,10 @@ impl SlideLaw {
             }
             Self::Unseen { mass, .. } => {
                 *mass *= whole;
+                1.0
+            }
+            Self::Load { weight, load, .. } => {
+                (*weight, *load) = (whole * 9.81, whole * 9.81);
                 1.0
             }
             _ => 1.0,
@@ -192,11 +200,23 @@ impl SlideLaw {
             } if (at.xy() - p).norm() < *radius => 1.0 + amplitude,
             Self::Wear { rate, slid } => 1.0 + rate * slid / (1.0 + 0.3 * slid),
             Self::Texture { amplitude, wave, at } => 1.0 + amplitude * wave.dot(at).sin(),
+            Self::Load {
+                amplitude,
+                weight,
+                load,
+            } => 1.0 + amplitude * ((1.0 - load / weight.max(1e-9)).exp() - 1.0),
             Self::Ratchet { amplitude, direction } => {
                 let angle = slip.y.atan2(slip.x) - direction;
                 1.0 + amplitude * (4.0 * angle.cos()).tanh()
             }
             _ => 1.0,
+        }
+    }
+
+    /// What the table bears of the body in a step, N.
+    pub fn feel(&mut self, bears: f64) {
+        if let Self::Load { load, .. } = self {
+            *load += SMOOTH * (bears.max(0.0) - *load);
         }
     }
 

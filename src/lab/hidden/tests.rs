@@ -7,9 +7,10 @@ use super::*;
 use crate::base::{Progress, Seed};
 use crate::lab::{HideSpec, Scene, Synthetic, scene_named, synthesise};
 
-const SCENES: [&str; 5] = [
+const SCENES: [&str; 6] = [
     "probe-pushes",
     "probe-rolls",
+    "probe-loads",
     "probe-presses",
     "probe-hinge",
     "probe-pair",

@@ -139,6 +139,8 @@ const PARTING: [(&[&str], &str); 25] = [
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Done {
     pub pushed: bool,
+    /// Under loads that differ.
+    pub loaded: bool,
     /// Something rolled on by itself.
     pub rolled: bool,
     pub pressed: bool,
@@ -163,6 +165,8 @@ const OF_JOINTS: &[&str] = &[
     "joint-loose-mass",
     "moving-axis",
 ];
+/// How to load a thing.
+const LOAD: &str = "weigh it, hold it, and drag it while pressing it down with three forces, up to twice its weight";
 /// How to let a thing roll.
 const ROLL: &str = "push what is round so that it rolls on by itself, at two speeds and along two headings";
 
@@ -213,14 +217,14 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
         ));
     }
     if done.pushed {
-        out.push((
-            &["load-dependent-friction", "force-gain"],
-            "hang a known weight on the tool, and repeat a push with two known loads on top",
-        ));
+        out.push((&["force-gain"], "hang a known weight on the tool"));
         out.push((
             &["yaw-inertia", "contact-law"],
             "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
         ));
+    }
+    if done.pushed && !done.loaded {
+        out.push((&["load-dependent-friction"], LOAD));
     }
     if done.pushed && !done.rolled {
         out.push((&["rolling-resistance"], ROLL));

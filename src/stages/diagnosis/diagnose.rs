@@ -260,6 +260,7 @@ fn name_causes(
     let tossed = of_all_bodies(capture, model);
     let done = asking::Done {
         pushed: pushes.is_some(),
+        loaded: pushes.as_ref().is_some_and(Pushes::loads_vary),
         rolled: !loads.rolled.is_empty(),
         pressed: presses.is_some(),
         turned: !motions.is_empty(),

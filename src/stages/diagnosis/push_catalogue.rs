@@ -12,6 +12,9 @@ pub fn push_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
     let mut laws = friction_laws();
     laws.extend(history_laws());
     laws.push(loose_mass());
+    if pushes.loads_vary() {
+        laws.extend(load_laws());
+    }
     laws.extend(local_laws(pushes, scale));
     laws.extend(far_laws(pushes, scale));
     laws.extend(sensor_laws(pushes, scale));
@@ -161,6 +164,27 @@ fn history_laws() -> Vec<Law> {
             logs(&[5e-4, 1.5e-3, 4e-3]),
             "the very first displacement needs more force than any later one",
         ),
+    ]
+}
+
+/// Friction that is not in proportion to the load.
+fn load_laws() -> Vec<Law> {
+    let none = || vec![Vec::new()];
+    let words = "friction does not grow as the load does";
+    let one = |form, parameter| {
+        law(
+            "load-dependent-friction",
+            "support",
+            form,
+            vec![parameter],
+            Vec::new(),
+            none(),
+            words,
+        )
+    };
+    vec![
+        one(form::LOAD_POWER, Parameter::amplitude("p", "1", 0.25)),
+        one(form::LOAD_ADHESION, Parameter::amplitude("A", "N", 1.0)),
     ]
 }
 

@@ -35,10 +35,12 @@ pub mod form {
     pub const TETHER_SLACK: usize = 25;
     pub const HIDDEN_BODY_ANEW: usize = 26;
     pub const AGEING_RENEWED: usize = 27;
+    pub const LOAD_POWER: usize = 28;
+    pub const LOAD_ADHESION: usize = 29;
 }
 
-/// Multiplies friction.
-pub fn share(active: &Active, s: &State, length: f64, share: &mut f64) {
+/// Multiplies friction; `load` is the weight, N.
+pub fn share(active: &Active, s: &State, length: f64, load: f64, share: &mut f64) {
     let v = active.values;
     let gaussian = |px: f64, py: f64, r: f64| (-(s.at - Vector2::new(px, py)).norm_squared() / (2.0 * r * r)).exp();
     *share += match active.law.form {
@@ -60,6 +62,8 @@ pub fn share(active: &Active, s: &State, length: f64, share: &mut f64) {
             let r = (s.at - Vector2::new(v[1], v[2])).norm() / (1.5 * v[3].exp());
             v[0] / (1.0 + r.powi(12))
         }
+        form::LOAD_POWER => s.loaded.powf(-v[0]) - 1.0,
+        form::LOAD_ADHESION => v[0] / (load * s.loaded),
         form::WEAR => v[0] * s.worn,
         form::HEATING => v[0] * s.time,
         form::RATE_STATE => v[0] * (s.speed.max(1e-5) / 0.01).ln(),

@@ -1,11 +1,14 @@
 //! What the plain model says of the motion of a pushed body, and what the blow of the tool leaves in the force.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
+use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
 use crate::math::{interpolate, median};
 use crate::physics::PushPrediction;
 use crate::twin::Link;
 
+/// How long before the force rose the tool is looked at, s.
+const BEFORE: [f64; 2] = [0.03, 0.11];
 /// Force of the blow with which the tool meets a body, N, and the speed of the blow, m/s: how far the force overshoots
 /// what comes after, or speed times the square root of stiffness and mass, the stiffness as the force rose.
 pub fn impact(time: &[f64], force: &[Vector3<f64>], motion: &Motion, onset: f64, mass: f64) -> (f64, f64) {
@@ -97,8 +100,13 @@ impl Motion {
         })
     }
 
-    pub fn touched(&self, found: &PushPrediction) -> Option<(f64, f64)> {
-        Some((found.contact.first()?.0, found.contact.last()?.1))
+    /// From when to when the tool moves it, s; a hand that takes `hold` of it does so while all rests.
+    pub fn touched_by(&self, found: &PushPrediction, hold: Option<&Segmented>) -> Option<(f64, f64)> {
+        let rest = hold
+            .and_then(|s| s.phases.first())
+            .filter(|p| p.kind == PhaseKind::Rest);
+        let first = found.contact.first()?.0;
+        Some((rest.map_or(first, |p| p.end.max(first)), found.contact.last()?.1))
     }
 
     /// Change of its speed about `t` over `span` seconds, m/s²; nothing before it was moved.
@@ -129,4 +137,26 @@ impl Motion {
             force,
         }
     }
+}
+
+/// Speed with which the tool came to the body, m/s. One that comes fast is slowed down by the blow, which is no slow start.
+pub fn approach(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Vector2<f64>, onset: f64) -> Option<f64> {
+    let way = plane[0] * along.x + plane[1] * along.y;
+    let path = interaction.tool_path.as_ref()?;
+    let places: Vec<f64> = path.position.iter().map(|p| p.coords.dot(&way)).collect();
+    let at = |before: f64| interpolate(&path.time, &places, onset - before);
+    Some((at(BEFORE[0])? - at(BEFORE[1])?).abs() / (BEFORE[1] - BEFORE[0]))
+}
+
+/// World-from-tool at a time.
+pub fn tool_turn(interaction: &Interaction, t: f64) -> UnitQuaternion<f64> {
+    let of = |path: &PoseStream| {
+        let i = path.time.partition_point(|x| *x < t).min(path.len().saturating_sub(1));
+        path.rotation.get(i).copied().flatten()
+    };
+    interaction
+        .tool_path
+        .as_ref()
+        .and_then(of)
+        .unwrap_or_else(UnitQuaternion::identity)
 }

@@ -5,10 +5,11 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 use super::family::{Channel, Group};
 use super::predict::Scene;
-use super::push_motion::{Motion, impact, rise};
+use super::push_motion::{Motion, approach, impact, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
 use crate::capture::Interaction;
-use crate::math::{interpolate, median};
+use crate::math::median;
+use crate::physics::Hold;
 use crate::stages::estimation::{action_of, replay_push, travel_direction, tumbles};
 
 /// Seconds of one sample.
@@ -18,8 +19,6 @@ const STEADY: f64 = 0.7;
 /// A tool may set out slowly, over so much slip, m, and at this share of the usual speed or more.
 const SETS_OUT: f64 = 6e-3;
 const SLOW: f64 = 0.06;
-/// How long before the force rose the tool is looked at, s.
-const BEFORE: [f64; 2] = [0.03, 0.11];
 /// Slip after the force rose from which on the model speaks, m: before that the finger's tip gives way.
 const SETTLED: f64 = 1e-4;
 /// What the plain model leaves open of the force in each window, as a share of it.
@@ -36,6 +35,8 @@ const EXCUSED: f64 = 1.5;
 const RINGING: f64 = 0.1;
 /// Share of a ringing that is none of one rate and decay.
 const UNEVEN: f64 = 0.25;
+/// Loads over the weight that are believed.
+const LOADS: [f64; 2] = [0.2, 20.0];
 /// Everything that a law may depend on at one moment.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -64,6 +65,8 @@ pub struct State {
     pub at: Vector2<f64>,
     /// How far it has turned about the normal since the capture began, rad.
     pub turn: f64,
+    /// What the table bears over the weight: a hand that holds may press down, or take weight off.
+    pub loaded: f64,
     /// Force of the tool in the plain model, N.
     pub force: Vector2<f64>,
     /// Force that speeds its mass up, along its heading, N.
@@ -128,7 +131,7 @@ impl Observed {
         let along = flat(&direction).try_normalize(1e-6)?;
         let (time, force, noise) = scene.raw_force(BIN)?;
         let motion = Motion::of(&found, link, plane)?;
-        let touched = motion.touched(&found)?;
+        let touched = motion.touched_by(&found, scene.segmented.filter(|_| action.tool.hold != Hold::Push))?;
         let onset = rise(&time, &force, &flat, &along, &found, touched)?;
         let last = history.of(&link.name);
         let wait = (onset - last.map_or(zero, |l| l.0)).max(0.0);
@@ -159,6 +162,11 @@ impl Observed {
             s.phases = rings.map_or([0.0; 2], |r| r.phases(since, BIN));
             s.inertia *= mass;
         }
+        let held = link
+            .mass
+            .as_ref()
+            .filter(|m| m.is_measured() && action.tool.hold != Hold::Push);
+        borne(&mut states, scene, &normal, held.map(|m| m.value * action.gravity));
         let (states, measured, spread) = windows(&states, &measured, &along);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
         let largest = finite.fold(0.0, f64::max);
@@ -202,6 +210,17 @@ fn ringing(
     let (time, force, _) = scene.raw_force(push_ringing::BIN)?;
     let force: Vec<f64> = force.iter().map(|f| flat(f).dot(along)).collect();
     Ringing::of(&time, &force, onset, end)
+}
+
+/// Makes of the force along the normal what the table bears over the `weight`, N, of what is held.
+fn borne(states: &mut [State], scene: &Scene, normal: &Vector3<f64>, weight: Option<f64>) {
+    let tare = scene
+        .segmented
+        .and_then(|s| s.force_tare)
+        .map_or(0.0, |t| t.dot(normal));
+    for s in states {
+        s.loaded = weight.map_or(1.0, |w| (1.0 - (s.loaded - tare) / w).clamp(LOADS[0], LOADS[1]));
+    }
 }
 
 /// A blow by the same tool is as its speed: a force that overshoots by more than others of its speed do is no ringing,
@@ -270,6 +289,7 @@ fn moments(
             at: moment.at,
             turn: motion.start + moment.turn,
             turned: moment.turn,
+            loaded: f.dot(&plane[0].cross(&plane[1])),
             force: if contact { moment.force } else { Vector2::zeros() },
             inertia: if contact { motion.acceleration(*t, BIN) } else { 0.0 },
             ringing: 0.0,
@@ -352,6 +372,7 @@ fn windows(
             speed: mean(&|s| s.speed),
             turned: mean(&|s| s.turned),
             inertia: mean(&|s| s.inertia),
+            loaded: mean(&|s| s.loaded),
             ringing: mean(&|s| s.ringing),
             phases: [mean(&|s| s.phases[0]), mean(&|s| s.phases[1])],
             force: states[from..to].iter().map(|s| s.force).sum::<Vector2<f64>>() / n,
@@ -366,25 +387,4 @@ fn windows(
         from = to;
     }
     out
-}
-
-/// Speed with which the tool came to the body, m/s. One that comes fast is slowed down by the blow, which is no slow start.
-fn approach(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Vector2<f64>, onset: f64) -> Option<f64> {
-    let way = plane[0] * along.x + plane[1] * along.y;
-    let path = interaction.tool_path.as_ref()?;
-    let places: Vec<f64> = path.position.iter().map(|p| p.coords.dot(&way)).collect();
-    let at = |before: f64| interpolate(&path.time, &places, onset - before);
-    Some((at(BEFORE[0])? - at(BEFORE[1])?).abs() / (BEFORE[1] - BEFORE[0]))
-}
-
-fn tool_turn(interaction: &Interaction, t: f64) -> UnitQuaternion<f64> {
-    let of = |path: &crate::capture::PoseStream| {
-        let i = path.time.partition_point(|x| *x < t).min(path.len().saturating_sub(1));
-        path.rotation.get(i).copied().flatten()
-    };
-    interaction
-        .tool_path
-        .as_ref()
-        .and_then(of)
-        .unwrap_or_else(UnitQuaternion::identity)
 }

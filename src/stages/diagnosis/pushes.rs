@@ -16,6 +16,9 @@ use crate::twin::Model;
 /// Log evidence, nats, from which on a law that is tried once is named.
 const ONE_TRY: f64 = 5.0;
 
+/// Largest load over the least from which on friction may be asked whether it depends on it.
+const LOADS_VARY: f64 = 1.3;
+
 /// Fewest pushes from which a cause is named.
 const FEWEST: usize = 3;
 
@@ -157,6 +160,17 @@ impl Pushes {
         self.states.iter().flatten().filter(|s| s.contact)
     }
 
+    /// Whether the table bore much more in some of them than in others.
+    pub fn loads_vary(&self) -> bool {
+        let mean = |states: &Vec<State>| {
+            let borne: Vec<f64> = states.iter().filter(|s| s.contact).map(|s| s.loaded).collect();
+            median(&borne)
+        };
+        let each: Vec<f64> = self.states.iter().filter_map(mean).collect();
+        let most = each.iter().copied().fold(0.0, f64::max);
+        most > LOADS_VARY * each.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
     /// Largest force that was read, N.
     pub fn largest(&self) -> f64 {
         self.largest
@@ -239,14 +253,17 @@ impl Family for Pushes {
             let mut viscous = 0.0;
             for (a, reached) in active.iter().zip(&mut reached) {
                 push_laws::pushed_along(a, s, reached, &mut viscous);
-                push_laws::share(a, s, length, &mut share);
+                push_laws::share(a, s, length, load, &mut share);
                 push_laws::table(a, s, load, &mut table);
                 push_laws::offset(a, s, &along, &self.plane, &mut offset);
                 push_laws::viscous(a, s, &mut viscous);
                 viscous += push_laws::loose(a, states, i, load);
             }
             let force = if s.contact {
-                held(&(s.force * (level * share) + s.heading * (viscous + s.inertia)), &table)
+                held(
+                    &(s.force * (level * share * s.loaded) + s.heading * (viscous + s.inertia)),
+                    &table,
+                )
             } else {
                 Vector2::zeros()
             };

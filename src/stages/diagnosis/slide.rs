@@ -6,7 +6,7 @@ use super::predict::{Outcome, Scene};
 use super::trace::Predicted;
 use super::{Curve, Path, Quantity};
 use crate::base::Pose;
-use crate::capture::PoseStream;
+use crate::capture::{PhaseKind, PoseStream};
 use crate::math::interpolate;
 use crate::physics::{Action, Hold, Prediction, PushPrediction};
 use crate::stages::estimation::{first_rest, replay_push, rest_pose, support_normal, travel_direction};
@@ -44,6 +44,20 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     })
 }
 
+/// What the table bears over the weight, where a hand holds what is weighed: it may press down, or take weight off.
+fn borne(scene: &Scene, action: &Action, force: &[Vector3<f64>]) -> Vec<f64> {
+    let mass = scene.model.twin.link(&action.target).and_then(|l| l.mass.as_ref());
+    let weight = mass.filter(|m| m.is_measured()).map(|m| m.value * action.gravity);
+    let jointed = scene
+        .model
+        .twin
+        .body_of(&action.target)
+        .is_some_and(|b| b.links.len() > 1);
+    let held = weight.filter(|_| action.tool.hold != Hold::Push && !jointed);
+    let share = |f: &Vector3<f64>| held.map_or(1.0, |w| (1.0 - f.dot(&action.normal) / w).max(0.0));
+    force.iter().map(share).collect()
+}
+
 fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction: &Vector3<f64>) -> Option<Curve> {
     let (time, force, noise) = scene.binned_force(0.01)?;
     let predicted_along: Vec<f64> = found.prediction.force.iter().map(|f| f.dot(direction)).collect();
@@ -57,10 +71,18 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         .zip(&speed)
         .filter(|(t, _)| (first_touch..=last_touch).contains(*t));
     let steady_speed = STEADY * touching.map(|(_, v)| *v).fold(0.0, f64::max);
-    let at = |t: &f64| {
-        let value = interpolate(&found.prediction.time, &predicted_along, *t)?;
+    let borne = borne(scene, action, &force);
+    // What takes hold of a body does so while all rests.
+    let held = action.tool.hold != Hold::Push;
+    let rest = scene
+        .segmented
+        .and_then(|s| s.phases.first())
+        .filter(|p| held && p.kind == PhaseKind::Rest);
+    let rests = rest.map_or(f64::NEG_INFINITY, |p| p.end);
+    let at = |(t, borne): (&f64, &f64)| {
+        let value = borne * interpolate(&found.prediction.time, &predicted_along, *t)?;
         let steady = *t > first_touch + SETTLE && interpolate(&found.prediction.time, &speed, *t)? > steady_speed;
-        if *t < first_touch - 0.5 * SETTLE {
+        if *t < first_touch.max(rests) - 0.5 * SETTLE {
             Some(0.0)
         } else {
             steady.then_some(value)
@@ -70,7 +92,7 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         label: "force along the motion".into(),
         quantity: Quantity::Force,
         measured: force.iter().map(|f| f.dot(direction)).collect(),
-        predicted: time.iter().map(|t| at(t).unwrap_or(f64::NAN)).collect(),
+        predicted: time.iter().zip(&borne).map(|row| at(row).unwrap_or(f64::NAN)).collect(),
         time,
         noise,
     })

@@ -53,7 +53,7 @@ struct AtCentre {
 /// A force above the support tips the load ahead: friction, which balances it, acts at the support, and the pressure
 /// moves by their couple over the load. `centre` is where friction acts without it, below the centre of mass.
 fn at_centre(block: &Block, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> AtCentre {
-    let load = (1.0 - block.lift / prior.weight).clamp(0.3, 3.0);
+    let load = (1.0 - block.lift / prior.weight).clamp(0.3, 10.0);
     let ahead = block.force * (block.height / (load * prior.weight));
     // Beyond the radius the thing would topple: what is pushed on the table stays within.
     let arm = block.axes * centre + ahead * (radius / ahead.norm().max(radius));

@@ -95,8 +95,17 @@ fn of_finding(finding: &Finding) -> String {
 fn of_estimate(value: &Estimate) -> String {
     let unit = if value.unit == "1" { "" } else { &value.unit };
     match value.ci95 {
-        Some([low, high]) => format!("{:.4} [{low:.4}, {high:.4}] {unit}", value.value),
-        None => format!("{:.4} {unit}", value.value),
+        Some([low, high]) => format!("{} [{}, {}] {unit}", short(value.value), short(low), short(high)),
+        None => format!("{} {unit}", short(value.value)),
+    }
+}
+
+/// Four decimals, or three digits of what is small.
+fn short(value: f64) -> String {
+    if value == 0.0 || value.abs() >= 0.01 {
+        format!("{value:.4}")
+    } else {
+        format!("{value:.2e}")
     }
 }
 
@@ -110,10 +119,10 @@ fn of_gain(gain: &Gain) -> String {
         gain.held_out.join(", ")
     };
     format!(
-        "  error of the {} from {:.4} to {:.4} {} ({:.0} % of what is above the noise is gone) on {on}\n",
+        "  error of the {} from {} to {} {} ({:.0} % of what is above the noise is gone) on {on}\n",
         gain.quantity,
-        gain.rmse_before,
-        gain.rmse_after,
+        short(gain.rmse_before),
+        short(gain.rmse_after),
         gain.unit,
         100.0 * gain.reduction
     )

@@ -77,10 +77,10 @@ impl Faults {
     }
 }
 
-/// The largest force of all pushes, pulls and presses but for the highest peaks, N.
+/// The largest force that is felt in any push, pull or press but for the highest peaks, N.
 fn largest(performances: &[Performance]) -> f64 {
     let one = |p: &Performance| {
-        let mut sizes: Vec<f64> = p.force.iter().map(|f| f.amax()).collect();
+        let mut sizes: Vec<f64> = p.force.iter().map(|f| f.amax()).filter(|f| *f > 0.0).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() * 97 / 100).copied().unwrap_or(0.0)
     };

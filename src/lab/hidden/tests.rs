@@ -45,7 +45,13 @@ fn pushing(made: &Synthetic) -> f64 {
 
 #[test]
 fn without_strength_the_bytes_are_those_of_the_clean_capture() {
-    for (name, action) in [("probe-pushes", 4), ("probe-presses", 3), ("probe-hinge", 1)] {
+    for (name, action) in [
+        ("probe-pushes", 4),
+        ("probe-rolls", 2),
+        ("probe-loads", 3),
+        ("probe-presses", 3),
+        ("probe-hinge", 1),
+    ] {
         let scene = short(name, &[action]);
         let all: Vec<(&str, f64)> = hidden_causes(&scene).into_iter().map(|cause| (cause, 0.0)).collect();
         let clean = format!("{:?}", made(&scene, &[]));
@@ -55,7 +61,12 @@ fn without_strength_the_bytes_are_those_of_the_clean_capture() {
 
 #[test]
 fn every_law_shows_at_twice_its_plain_strength() {
-    for (name, action) in [("probe-presses", 1), ("probe-hinge", 2)] {
+    for (name, action) in [
+        ("probe-presses", 1),
+        ("probe-hinge", 2),
+        ("probe-rolls", 2),
+        ("probe-loads", 3),
+    ] {
         let scene = short(name, &[action]);
         let clean = made(&scene, &[]);
         // A first press is not softened by others, and nothing drifts yet.

@@ -186,9 +186,10 @@ fn finding(
     let judged = if held.is_empty() { &fitted } else { &held };
     let from: Vec<String> = fitted.iter().map(|w| w.interaction.clone()).collect();
     let way = fitted.first()?;
-    let (value, sd) = (best.fit.x[0], best.fit.sd(0));
+    let value = best.fit.x[0];
+    let sd = |k: usize| best.fit.sd(k).hypot(Rolled::OPEN * best.fit.x[k]);
     let method = "ways on which it rolled freely";
-    let measured = |by: f64, unit: &str| Estimate::measured(value * by, sd * by, unit, from.clone(), method);
+    let measured = |by: f64, unit: &str| Estimate::measured(value * by, sd(0) * by, unit, from.clone(), method);
     let (parameter, words) = match (best.slows, mass) {
         (Slows::Rolling, _) => {
             let words = format!("rolling on, it loses {value:.3} m/s of speed a second, however fast it is");
@@ -225,7 +226,7 @@ fn finding(
     };
     let mut finding = told.finding();
     if best.slows == Slows::Slope {
-        let across = Estimate::measured(best.fit.x[1], best.fit.sd(1), "rad", from, method);
+        let across = Estimate::measured(best.fit.x[1], sd(1), "rad", from, method);
         finding.parameters.insert("ty".into(), across);
     }
     Some(finding)

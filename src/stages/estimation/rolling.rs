@@ -25,8 +25,6 @@ const SLIPS: f64 = 0.12;
 const FEWEST: usize = 15;
 /// Poses that lean before it counts.
 const FEW: usize = 3;
-/// What of `R² + ρ²` the inside of a body leaves open, as a share: a hollow ball has 1.19 times that of a full one.
-const INSIDE: f64 = 0.08;
 /// Scatter of rolling resistance from push to push, as a share; standard deviations from none from which on the twin has it.
 const SCATTER: f64 = 0.1;
 const CLEAR: f64 = 3.0;
@@ -73,6 +71,9 @@ pub struct Rolled {
 }
 
 impl Rolled {
+    /// What of `R² + ρ²` the inside of a body leaves open, as a share: a hollow ball has 1.19 times that of a full one.
+    pub const OPEN: f64 = 0.08;
+
     /// The way that it should go if it lost `slowing` (m/s²) of speed a second, m: from the first third of its way, which
     /// is no prediction and `NaN` here.
     pub fn foretold(&self, slowing: f64) -> Vec<f64> {
@@ -171,24 +172,16 @@ fn rolled_on(interaction: &Interaction, cut: &Segmented, name: &str, ground: &Gr
 /// One pose: time, centroid, turn.
 type Row = (f64, Point3<f64>, UnitQuaternion<f64>);
 
-/// The rows until it has all but stopped; `None` where it never rolled on.
+/// The rows until it has all but stopped, or the recording ends; `None` where it never rolled on.
 fn while_it_moves(rows: &[Row]) -> Option<&[Row]> {
     let speed_at = |i: usize| {
-        let j = rows.iter().position(|r| r.0 > rows[i].0 + PACE)?;
-        Some((rows[j].1 - rows[i].1).norm() / (rows[j].0 - rows[i].0))
+        let later = rows.get(rows.partition_point(|r| r.0 <= rows[i].0 + PACE))?;
+        Some((later.1 - rows[i].1).norm() / (later.0 - rows[i].0))
     };
-    let at_first = speed_at(0).filter(|v| *v > ROLLS)?;
-    let end = (0..rows.len())
-        .find(|i| speed_at(*i).is_none_or(|v| v < STOPS * at_first))
-        .unwrap_or(rows.len());
-    let ended = rows.get(end).map_or(f64::INFINITY, |r| r.0);
-    // Where the recording ends while it rolls, so do the speeds, a stretch before.
-    let until = if speed_at(end).is_none() {
-        rows.len()
-    } else {
-        rows.partition_point(|r| r.0 <= ended)
-    };
-    (until >= FEWEST).then(|| &rows[..until])
+    let at_first = if rows.is_empty() { None } else { speed_at(0) }.filter(|v| *v > ROLLS)?;
+    let stopped = (0..rows.len()).find(|i| speed_at(*i).is_some_and(|v| v < STOPS * at_first));
+    let moving = &rows[..stopped.map_or(rows.len(), |i| i + 1)];
+    (moving.len() >= FEWEST).then_some(moving)
 }
 
 /// Writes the length of rolling resistance of links that rolled, where it stands out.
@@ -204,7 +197,7 @@ pub(super) fn write_rolling(capture: &Capture, segmented: &[Segmented], model: &
             .collect();
         let from: Vec<String> = own.iter().map(|r| r.interaction.clone()).collect();
         let middle = median(&trials.iter().map(|t| t.0).collect::<Vec<_>>()).unwrap_or(0.0);
-        let found = pooled(&trials, SCATTER, INSIDE * middle.abs(), "m", from, "rolling-on");
+        let found = pooled(&trials, SCATTER, Rolled::OPEN * middle.abs(), "m", from, "rolling-on");
         let clear = found.filter(|e| e.sd.is_some_and(|sd| e.value > CLEAR * sd));
         if let (Some(found), Some(link)) = (clear, model.twin.link_mut(name)) {
             link.friction.rolling = Some(found);

@@ -280,3 +280,41 @@ fn friction_that_is_not_in_proportion_to_the_load_is_found() {
     let friction = friction.expect("its friction");
     assert!((friction.value / 0.32 - 1.0).abs() < 0.01, "{}", friction.value);
 }
+
+#[test]
+fn a_force_sensor_that_lags_is_told_from_a_late_camera() {
+    for (hidden, seconds) in [("sensor-lag", 0.05), ("sensor-lag:2", 0.1)] {
+        let run = probed("probe-pushes", hidden, 3);
+        assert_eq!(named(&run), ["sensor-lag"]);
+        let [low, high] = run.diagnosis.findings[0].parameters["Tf"].ci95.expect("an interval");
+        assert!((low..=high).contains(&seconds), "{low} {high}");
+    }
+}
+
+#[test]
+fn a_soft_finger_and_a_wrong_arm_of_its_force_are_found() {
+    for (seed, exponent) in [(2, Some(0.4)), (4, None)] {
+        let run = probed("probe-pushes", "contact-law", seed);
+        assert_eq!(named(&run), ["contact-law"], "{seed}");
+        let [low, high] = run.diagnosis.findings[0].parameters["h"].ci95.expect("an interval");
+        assert!(exponent.is_none_or(|h| (low..=high).contains(&h)), "{low} {high}");
+    }
+    for seed in [1, 2] {
+        assert_eq!(
+            named(&probed("probe-hinge", "lever-arm", seed)),
+            ["lever-arm"],
+            "{seed}"
+        );
+    }
+}
+
+#[test]
+fn what_the_twin_carries_is_the_model_with_what_was_named() {
+    let run = probed("probe-pushes", "wear-or-heating:3", 3);
+    assert_eq!(named(&run), ["wear-or-heating"]);
+    let link = run.model.twin.link("box").expect("the box");
+    let friction = link.friction.kinetic.as_ref().expect("friction");
+    let [low, high] = friction.ci95.expect("an interval");
+    // What it was before it wore.
+    assert!((low..=high).contains(&0.32), "{low} {high}");
+}

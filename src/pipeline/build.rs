@@ -91,11 +91,14 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     assemble::share_surfaces(&mut model);
     assemble::record(&mut model, capture, options, &clock.laps, notices);
     let diagnosis::Diagnosed {
-        mut diagnosis, traces, ..
+        mut diagnosis,
+        traces,
+        levels,
+        ..
     } = diagnosed;
     diagnosis.experiments.extend(assemble::open_arcs(capture, &model));
     assemble::lean(&mut model, &diagnosis);
-    extend(&mut model, &diagnosis);
+    extend(&mut model, &diagnosis, &levels);
     Ok(Run {
         model,
         diagnosis,

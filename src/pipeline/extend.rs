@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::base::{Estimate, Status};
+use crate::stages::diagnosis::{Level, Number};
 use crate::twin::{Coupling, Detent, Diagnosis, Effect, Finding, Joint, Link, Model, RelationKind, Twin};
 
 /// Causes that lie in how something was measured and touched, not in what was.
@@ -26,8 +27,27 @@ const OF_THE_RIG: [&str; 15] = [
 /// The largest draw of a notch of amplitude 1, `exp(-1/2)`; it lies at the notch's width.
 const DRAW: f64 = 0.606_530_66;
 
-/// Writes every finding that is more likely than not into the twin, unless one of its numbers holds it already.
-pub fn extend(model: &mut Model, diagnosis: &Diagnosis) {
+/// Laws of friction that a body feels while it speeds up or slides on as well, so that a mass that comes from that alone, by plain
+/// friction, is off.
+const FELT_AT_SPEED: [&str; 3] = ["viscous-friction", "velocity-weakening-friction", "rate-state-friction"];
+/// By how much such a mass may be off, as a share.
+const OFF: f64 = 0.5;
+
+/// Writes every finding that is more likely than not into the twin, unless one of its numbers holds it already, and what its
+/// numbers are beside the findings.
+pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
+    if !diagnosis.findings.iter().any(|f| f.probability > 0.5) {
+        return;
+    }
+    for level in levels {
+        if let Some(link) = model.twin.link_mut(&level.link) {
+            set(link, level);
+        }
+    }
+    let felt = |f: &&Finding| f.probability > 0.5 && FELT_AT_SPEED.contains(&f.cause.as_str());
+    if let Some(finding) = diagnosis.findings.iter().find(felt) {
+        doubt_masses(model, &finding.cause);
+    }
     let sure = diagnosis.findings.iter().filter(|f| f.probability > 0.5);
     for finding in sure.filter(|f| !OF_THE_RIG.contains(&f.cause.as_str())) {
         if !of_joint(&mut model.twin, finding) && !held(&model.twin, finding) {
@@ -37,6 +57,53 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis) {
                 probability: finding.probability,
                 parameters: finding.parameters.clone(),
             });
+        }
+    }
+}
+
+/// Whether the force of a push is in it.
+fn by_force(friction: &Estimate) -> bool {
+    friction.method.contains("push") || !friction.method.starts_with("tilt")
+}
+
+/// A number of a link as it is beside what was named.
+fn set(link: &mut Link, level: &Level) {
+    let numbers = match level.number {
+        // A tilt alone tells friction without any force that was read.
+        Number::Friction => [
+            link.friction_force.kinetic.as_mut(),
+            link.friction.kinetic.as_mut().filter(|e| by_force(e)),
+        ],
+        Number::Stiffness => [link.stiffness.as_mut(), None],
+    };
+    for number in numbers.into_iter().flatten() {
+        let (log, doubt) = level.log;
+        let half = number.ci95.map_or(0.0, |c| 0.5 * (c[1] - c[0]));
+        let value = number.value * log.exp();
+        let wide = (half * log.exp()).hypot(1.96 * doubt * value);
+        number.sd = number.sd.map(|sd| (sd * log.exp()).hypot(doubt * value));
+        number.value = value;
+        number.ci95 = Some([(value - wide).max(0.0), value + wide]);
+        number.method = format!("{}, beside what the diagnosis named", number.method);
+    }
+}
+
+/// Masses that come from how pushed bodies speed up and slide on: the law of friction that was taken for it was not the one.
+fn doubt_masses(model: &mut Model, cause: &str) {
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let moved = |m: &Estimate| m.method.starts_with("accelerated-push");
+        let Some(mass) = link.mass.as_mut().filter(|m| moved(m)) else {
+            continue;
+        };
+        // Its friction is the force over its weight.
+        let friction = link.friction.kinetic.as_mut().filter(|e| by_force(e));
+        for number in [Some(mass), friction].into_iter().flatten() {
+            let doubt = number.sd.unwrap_or(0.0).hypot(OFF * number.value);
+            number.status = Status::Assumed;
+            number.sd = Some(doubt);
+            let least = (number.value - 1.96 * doubt).max(0.05 * number.value);
+            number.ci95 = Some([least, number.value + 1.96 * doubt]);
+            number.method = format!("{}, by a friction without {cause}", number.method);
         }
     }
 }

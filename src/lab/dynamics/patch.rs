@@ -6,7 +6,7 @@ use super::body::{Frame, Wrench};
 use super::distance::{Piece, nearest};
 use super::footprint::Foot;
 use super::friction::{Bristle, DryFriction};
-use crate::lab::hidden::{Make, SlideLaw};
+use crate::lab::hidden::{Make, Pad, SlideLaw};
 
 /// Natural frequency of a body on its contacts, rad/s: it sags by g/ω² = 0.6 µm under its own weight.
 pub(crate) const CONTACT_FREQUENCY: f64 = 4000.0;
@@ -95,6 +95,7 @@ pub(crate) struct Patch {
     reach: f64,
     piece: Piece,
     spring: Spring,
+    pad: Option<Pad>,
     law: DryFriction,
     usual: f64,
 }
@@ -111,6 +112,7 @@ impl Patch {
             reach,
             piece,
             spring,
+            pad: None,
             law,
             usual: 0.0,
         }
@@ -129,6 +131,11 @@ impl Patch {
             }
         }
         best
+    }
+
+    /// Soft in this way from now on.
+    pub fn tip_with(&mut self, pad: Pad) {
+        self.pad = Some(pad);
     }
 
     /// Makes the present penetration the one at which the owner rests.
@@ -159,7 +166,11 @@ impl Patch {
             let at = p - normal * (radius - 0.5 * depth.min(radius));
             let velocity = owner.velocity_at(&at) - other.velocity_at(&at);
             total += *weight * depth;
-            let size = self.spring.force(*weight, depth, normal.dot(&velocity), usual);
+            let leaving = normal.dot(&velocity);
+            let size = match self.pad {
+                Some(pad) => *weight * pad.pushes(depth, leaving),
+                None => self.spring.force(*weight, depth, leaving, usual),
+            };
             let friction = bristle.advance(&law, &normal, &velocity, dt);
             wrench.push(&at, (normal + friction) * size);
         }

@@ -8,7 +8,7 @@ use super::footprint::{Foot, shell};
 use super::friction::{Bristle, DryFriction};
 use super::patch::{Patch, Spring};
 use super::weld::{Weld, WeldSpring, stiff};
-use crate::lab::hidden::{Act, Effect, ElasticLaw, Occasion};
+use crate::lab::hidden::{Act, Effect, ElasticLaw, Occasion, Setting};
 use crate::lab::{FoamSpec, PartShape};
 
 /// Stiffness of a touch, N/m.
@@ -64,10 +64,15 @@ pub(crate) struct Cushion {
 }
 
 impl Hand {
-    /// Hides effects in what it presses.
+    /// Hides effects in what it presses, and in its tip.
     pub fn hide(&mut self, effects: &[Effect], occasion: &Occasion) {
-        let Hand::Touch { cushions, .. } = self else { return };
+        let Hand::Touch { patches, cushions } = self else {
+            return;
+        };
         for effect in effects {
+            if let Act::Setting(Setting::Tip(pad)) = effect.act {
+                patches.iter_mut().for_each(|touch| touch.patch.tip_with(pad));
+            }
             if let Act::Elastic(law) = &effect.act {
                 let mut law = law.clone();
                 law.begin(occasion.start, occasion.deepest);

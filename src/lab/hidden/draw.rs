@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::catalogue::target;
 use super::law::{Act, Effect};
-use super::setting::Setting;
+use super::setting::{Pad, Setting};
 use super::slide::{Make, SlideLaw};
 use crate::base::{Seed, rng_for};
 use crate::lab::{HideSpec, Scene};
@@ -243,6 +243,25 @@ impl Draw {
                 let sign = self.sign();
                 Setting::ToolFriction(self.say("factor", (0.9 * s * sign).exp()))
             }
+            "contact-law" if s > 0.0 => {
+                let depth = 1e-3;
+                Setting::Tip(if self.rng.random::<bool>() {
+                    Pad::Power {
+                        force: self.say("force", 1.5),
+                        depth,
+                        exponent: self.say("exponent", (0.4 * s).min(2.0)),
+                    }
+                } else {
+                    // Twice as far it presses as much harder as that power would have it.
+                    let depth = self.say("depth", 1e-3 / (0.6 * s).min(2.5));
+                    Pad::Exponential {
+                        force: self.say("force", 1.5 / ((1e-3 / depth).exp() - 1.0)),
+                        depth,
+                    }
+                })
+            }
+            // Without strength the finger is as hard as in any other scene.
+            "contact-law" => Setting::ToolFriction(1.0),
             _ => return None,
         };
         Some(Act::Setting(setting))

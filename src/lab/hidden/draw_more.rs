@@ -189,6 +189,15 @@ impl Draw {
                 let offset = self.heading() * self.say("distance", 0.003 * s);
                 Fault::ToolOffset([offset.x, offset.y])
             }
+            "lever-arm" if self.rng.random::<bool>() => {
+                let way = self.heading() * (0.2 * self.s).min(0.8);
+                Fault::Lever([self.say("ec", way.x), self.say("es", way.y)])
+            }
+            // The tool is not where it is told: the arm that it is thought to have is wrong by so much along its world axes.
+            "lever-arm" => {
+                let offset = self.heading() * self.say("distance", (0.012 * self.s).min(0.04));
+                Fault::ToolOffset([offset.x, offset.y])
+            }
             "quantisation" => Fault::Quantisation(self.say("step", 0.25 * s)),
             _ => Fault::Outliers(self.say("share", (0.02 * s).min(0.3))),
         })

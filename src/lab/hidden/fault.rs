@@ -34,6 +34,8 @@ pub(in crate::lab) enum Fault {
     Tracking(f64, f64),
     /// The tool is not where it is told.
     ToolOffset([f64; 2]),
+    /// Forces are read too large by the first share of the cosine and the second of the sine of how far what is moved has turned.
+    Lever([f64; 2]),
     /// Forces come in steps.
     Quantisation(f64),
     /// This share of all readings is far off.
@@ -149,6 +151,19 @@ impl Fault {
                     pose.0.translation.vector = turn * pose.0.translation.vector * (1.0 + scale);
                 }
             }
+            Fault::Lever([cos, sin]) => {
+                let angles = turned(p);
+                for (k, t) in p.force_time.iter().enumerate() {
+                    let next = p.track_time.partition_point(|x| x < t);
+                    let angle = angles
+                        .get(next.min(angles.len().saturating_sub(1)))
+                        .copied()
+                        .unwrap_or(0.0);
+                    let share = cos * angle.cos() + sin * angle.sin();
+                    p.force[k] *= 1.0 + share;
+                    p.torque[k] *= 1.0 + share;
+                }
+            }
             Fault::ToolOffset([x, y]) => {
                 for pose in &mut p.tool_pose {
                     pose.0.translation.vector += Vector3::new(x, y, 0.0);
@@ -204,6 +219,27 @@ impl Fault {
             }
         }
     }
+}
+
+/// How far what turned most has turned since the beginning, rad, at every reading of the tracks.
+fn turned(p: &Performance) -> Vec<f64> {
+    let turns = |poses: &Vec<Pose>| -> Vec<Vector3<f64>> {
+        let first = poses.first().map_or_else(Isometry3::identity, |pose| pose.0);
+        let turn = |pose: &Pose| (pose.0.rotation * first.rotation.inverse()).scaled_axis();
+        poses.iter().map(turn).collect()
+    };
+    let farthest = |way: &[Vector3<f64>]| {
+        way.iter()
+            .copied()
+            .fold(Vector3::zeros(), |a, b| if b.norm() > a.norm() { b } else { a })
+    };
+    let all = p.tracks.values().map(turns);
+    let most = all.max_by(|a, b| farthest(a).norm().total_cmp(&farthest(b).norm()));
+    let way = most.unwrap_or_default();
+    let axis = farthest(&way).try_normalize(1e-9).unwrap_or_else(Vector3::z);
+    // About the same axis whichever way it went.
+    let axis = if axis[axis.iamax()] < 0.0 { -axis } else { axis };
+    way.iter().map(|turn| turn.dot(&axis)).collect()
 }
 
 /// Poses of a uniform stream as they were some seconds before.

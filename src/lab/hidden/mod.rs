@@ -20,5 +20,5 @@ pub(super) use fault::faults;
 pub(super) use jointed::JointLaw;
 pub(super) use law::{Act, Effect};
 pub(super) use occasion::{Occasion, occasions};
-pub(super) use setting::{alter_solids, altered};
+pub(super) use setting::{Pad, Setting, alter_solids, altered};
 pub(super) use slide::{Make, SlideLaw, Surroundings};

@@ -7,6 +7,39 @@ use nalgebra::{Rotation3, Vector3};
 use super::law::{Act, Effect};
 use crate::lab::{ActionSpec, Scene, Solid};
 
+/// A soft tip of the finger, by how its force grows with its squeeze. Forces in N, lengths in m.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::lab) enum Pad {
+    /// `force (d / depth)^(1 + exponent)`.
+    Power { force: f64, depth: f64, exponent: f64 },
+    /// `force (exp(d / depth) - 1)`.
+    Exponential { force: f64, depth: f64 },
+}
+
+/// Seconds of creep of a tip: damping over stiffness.
+const CREEPS: f64 = 1e-3;
+
+impl Pad {
+    /// Squeezed by `depth`, at the rate at which that shrinks; it can only push.
+    pub fn pushes(&self, depth: f64, leaving: f64) -> f64 {
+        let (force, slope) = match *self {
+            Pad::Power {
+                force,
+                depth: d,
+                exponent,
+            } => {
+                let steep = force / d * (depth / d).powf(exponent);
+                (steep * depth, (1.0 + exponent) * steep)
+            }
+            Pad::Exponential { force, depth: d } => {
+                let grown = force * (depth / d).exp();
+                (grown - force, grown / d)
+            }
+        };
+        (force - CREEPS * slope * leaving).max(0.0)
+    }
+}
+
 /// A change of the scene.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::lab) enum Setting {
@@ -22,6 +55,8 @@ pub(in crate::lab) enum Setting {
     Uneven([f64; 2], f64),
     /// Factor on the friction between tools and what they push.
     ToolFriction(f64),
+    /// What the finger is tipped with.
+    Tip(Pad),
 }
 
 fn settings(effects: &[Effect]) -> impl Iterator<Item = &Setting> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Config, Quantity, Trace};
-use crate::twin::{BaseFit, Verdict};
+use crate::twin::{BaseFit, Finding, Verdict};
 
 /// Sums over all samples of one quantity.
 #[derive(Clone, Copy, Debug, Default)]
@@ -149,6 +149,22 @@ pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
     };
     let adequate = !sums.is_empty() && sums.iter().all(|(q, s)| fits(q, s));
     if adequate { Verdict::Adequate } else { Verdict::Unknown }
+}
+
+/// Whether a cause leaves the force of steady sliding as it is.
+pub fn hardly_felt(finding: &Finding) -> bool {
+    let such = ["added-inertia", "yaw-inertia"];
+    such.contains(&finding.cause.as_str())
+}
+
+/// Whether the plain model foretells the forces.
+pub fn forces_fit(traces: &[Trace], config: &Config) -> bool {
+    let mut forces = traces.to_vec();
+    forces.iter_mut().for_each(|t| {
+        t.curves
+            .retain(|c| matches!(c.quantity, Quantity::Force | Quantity::Torque))
+    });
+    verdict(&forces, config) == Verdict::Adequate
 }
 
 #[cfg(test)]

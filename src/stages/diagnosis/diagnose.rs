@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axes::of_all_axes;
-use super::compare::{base_fit, verdict};
+use super::compare::{base_fit, forces_fit, hardly_felt, verdict};
 use super::coupling::coupling_findings;
 use super::delay::delay_finding;
 use super::family::Family;
@@ -11,15 +11,17 @@ use super::frames::frame_finding;
 use super::given::{finger_findings, scale_finding, yaw_findings};
 use super::inertia;
 use super::joints::joint_findings;
+use super::levels::Level;
 use super::motions::{Motions, of_all_joints};
 use super::naming::{Ladder, climb};
 use super::offset::centre_findings;
-use super::onset::presliding_findings;
+use super::onset::{Onset, onset_finding, onsets};
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
 use super::rolls::{Rolls, rolls};
 use super::sensor::{rounded_away, sensor_findings};
+use super::sensor_lag::lag_of;
 use super::sinking::sinking_findings;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
@@ -39,6 +41,8 @@ pub struct Diagnosed {
     pub traces: Vec<Trace>,
     /// Effect size of each cause of which a law was fitted beside the plain model: `sqrt(2 (ll − ll of the plain model))`.
     pub effect_sizes: BTreeMap<&'static str, f64>,
+    /// What numbers of the twin are beside the effects that were named.
+    pub levels: Vec<Level>,
 }
 
 impl Diagnosed {
@@ -48,6 +52,7 @@ impl Diagnosed {
             diagnosis: nothing_named(BaseFit::default(), Verdict::Unknown),
             traces: Vec::new(),
             effect_sizes: BTreeMap::new(),
+            levels: Vec::new(),
         }
     }
 }
@@ -95,7 +100,11 @@ pub fn diagnose(
         .filter(|t| !curves.rolled.contains(&t.interaction))
         .cloned()
         .collect();
-    let late = delay_finding(&slid).or_else(|| inertia::delay_finding(fast));
+    // A force that comes up late puts the first touch late, and what is tracked before it.
+    let lags = findings.iter().any(|f| f.cause == "sensor-lag" && f.place == "force");
+    let late = delay_finding(&slid)
+        .or_else(|| inertia::delay_finding(fast))
+        .filter(|_| !lags);
     findings.extend(late);
     findings.extend(frame_finding(&slid));
     findings.extend(sensor_findings(faults));
@@ -110,6 +119,8 @@ pub fn diagnose(
     base.tests.extend(curves.tests);
     let verdict = match verdict(&traces, config) {
         _ if curves.left => Verdict::Unknown,
+        // What bears on inertia alone is no reason for a force that is off while it slides.
+        Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(&traces, config) => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
         // Strays were taken out before anything was foretold: they do not explain what is left.
         Verdict::Unknown if findings.iter().all(|f| f.cause == "outliers") => Verdict::Unknown,
@@ -125,6 +136,7 @@ pub fn diagnose(
         diagnosis,
         traces,
         effect_sizes: curves.effect_sizes,
+        levels: curves.levels,
     })
 }
 
@@ -146,6 +158,7 @@ struct Loads {
     /// Named causes leave something that has no name.
     left: bool,
     effect_sizes: BTreeMap<&'static str, f64>,
+    levels: Vec<Level>,
     /// Interactions after which a body rolled on.
     rolled: Vec<String>,
     /// Fast pushes followed as a whole.
@@ -157,6 +170,9 @@ impl Loads {
     fn named(&mut self, family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         self.note(family, ladder);
         let mut findings = named::findings(family, ladder);
+        if !findings.is_empty() {
+            self.levels.extend(family.levels(&ladder.full));
+        }
         if let (Some(last), Some(left)) = (findings.last_mut(), &ladder.left) {
             self.left = true;
             self.tests.push(left.clone());
@@ -217,6 +233,11 @@ fn name_causes(
     findings: &mut Vec<Finding>,
 ) -> (Vec<Experiment>, Loads) {
     let lost = rounded_away(faults);
+    let begun = onsets(capture, segmented, model);
+    let all: Vec<Onset> = begun.iter().flat_map(|(_, all)| all.iter().cloned()).collect();
+    let lag = lag_of(&all).filter(|_| config.allows("sensor-lag"));
+    let undone = lag.as_ref().map(|lag| lag.undone(capture));
+    let capture = undone.as_ref().unwrap_or(capture);
     let pushes = Pushes::new(capture, segmented, model).map(|p| p.rounded(lost));
     let presses = Presses::new(capture, segmented, model).map(|p| p.rounded(lost));
     let mut loads = Loads::default();
@@ -280,6 +301,10 @@ fn name_causes(
     let of_joints = joint_findings(model, findings);
     findings.extend(of_joints);
     findings.extend(told_by_one_number(capture, segmented, model));
+    match lag {
+        Some(lag) => findings.push(lag.finding(&all)),
+        None => findings.extend(begun.iter().filter_map(onset_finding)),
+    }
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &untestable, done), loads)
 }
@@ -339,7 +364,6 @@ fn told_by_one_number(capture: &Capture, segmented: &[Segmented], model: &Model)
     findings.extend(sinking_findings(capture, segmented, model));
     findings.extend(scale_finding(capture, segmented));
     findings.extend(finger_findings(capture, segmented, model));
-    findings.extend(presliding_findings(capture, segmented, model));
     findings
 }
 

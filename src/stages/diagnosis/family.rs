@@ -2,6 +2,8 @@
 //! extend it. Every law is nested: with its amplitudes at zero the model is the plain one.
 
 use super::Quantity;
+use super::fit::Fit;
+use super::levels::Level;
 
 /// A parameter with its prior: normal with `sd` about `centre`, cut to `low..high`. With `log` the parameter is the
 /// natural logarithm of a positive quantity in `unit`.
@@ -195,6 +197,11 @@ pub trait Family: Sync {
     /// What differs from one repeat to the next, in the unit of the first kind of channel: no law foretells it.
     fn unforeseen(&self) -> f64 {
         0.0
+    }
+
+    /// What its shared numbers are beside the effects of a fit.
+    fn levels(&self, _: &Fit) -> Vec<Level> {
+        Vec::new()
     }
 
     fn groups(&self) -> &[Group] {

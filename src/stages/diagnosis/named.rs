@@ -15,6 +15,8 @@ use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 const TEMPERATURE: f64 = 1.5;
 /// Share of the error above the noise that a finding may add on interactions that were not fitted.
 const WORSE: f64 = -0.1;
+/// From this share of what repeats leave open on, a law that every interaction meets has to make its error smaller.
+const REPEATS: f64 = 1.0;
 /// What it adds there beside the noise at rest, in units of that.
 const SHAKEN: f64 = 1.5;
 /// Causes less likely than this are not listed.
@@ -37,7 +39,10 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         // A tare fitted anew would take the place of what is wrong with the sensor.
         let gain = gain(family, &before, &after, family.about(taken.law), law.place != "sensor");
         // What makes held-out interactions worse is no cause, however well it fits.
-        if !gain.held_out.is_empty() && gain.reduction < WORSE && worse(family, &gain, family.about(taken.law)) {
+        // One that every interaction meets has nothing to hide behind.
+        let everywhere = law.grid.len() < 2 && gain.rmse_before < REPEATS * family.unforeseen();
+        let vetoed = everywhere || worse(family, &gain, family.about(taken.law));
+        if !gain.held_out.is_empty() && gain.reduction < WORSE && vetoed {
             continue;
         }
         out.push(Finding {

@@ -293,7 +293,8 @@ fn taken_up(law: usize, gain: f64, found: &[Candidate]) -> Taken {
     Taken {
         law,
         gain,
-        rivals: found.iter().filter(near).map(|c| (c.law, c.gain)).collect(),
+        // What left-out interactions speak against is no likelier than what stands.
+        rivals: found.iter().filter(near).map(|c| (c.law, c.gain.min(gain))).collect(),
     }
 }
 

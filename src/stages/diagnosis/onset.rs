@@ -6,6 +6,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::contact_law::contact_law_finding;
 use super::predict::Scene;
 use super::told::{Told, gain};
 use crate::base::Estimate;
@@ -17,6 +18,9 @@ use crate::twin::{Finding, Model};
 /// Seconds of one sample of the force, and over which the tool's path is averaged.
 const BIN: f64 = 0.006;
 const SMOOTH: f64 = 0.012;
+/// Seconds of one reading of a rise, and how long before it begins it is looked at.
+const FINE: f64 = 0.002;
+const BEFORE: f64 = 0.03;
 /// Way of the tool after the force rose in which the body slides, m.
 const SLIDES: [f64; 2] = [3e-3, 12e-3];
 /// Share of the force at which it counts as up.
@@ -38,19 +42,40 @@ const LEAST: f64 = 2e-4;
 const READINGS: usize = 5;
 
 /// The beginning of one push.
-struct Onset {
-    interaction: String,
-    held_out: bool,
+#[derive(Clone, Debug)]
+pub(super) struct Onset {
+    pub(super) interaction: String,
+    pub(super) held_out: bool,
     /// Way at which friction would be up in full, m, with its standard deviation.
-    way: (f64, f64),
+    pub(super) way: (f64, f64),
     /// Friction in full, N.
-    level: f64,
+    pub(super) level: f64,
     /// Way of the body, m, beside the force, N.
     rows: Vec<[f64; 2]>,
+    /// The same from before first touch on, reading by reading; what each scatters by, N.
+    pub(super) rise: Vec<Reading>,
+    pub(super) noise: f64,
+    /// When the body begins to slide, s, with its standard deviation.
+    pub(super) slips: (f64, f64),
 }
 
-/// Bodies whose friction comes up over a way that can be seen.
-pub fn presliding_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
+/// What was read at one moment of a rise: s; way of the body, m, as in [`Onset`]; N.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    pub(super) time: f64,
+    pub(super) way: f64,
+    pub(super) force: f64,
+}
+
+impl Onset {
+    /// How long the force is followed after the body slides, s.
+    pub(super) fn followed(&self) -> f64 {
+        self.rise.last().map_or(0.0, |r| r.time - self.slips.0)
+    }
+}
+
+/// The beginnings of all pushes of bodies of one link, body by body.
+pub fn onsets(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<(String, Vec<Onset>)> {
     let one = |name: &str| {
         let pushes = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
         let all = pushes.filter_map(|interaction| {
@@ -63,10 +88,15 @@ pub fn presliding_findings(capture: &Capture, segmented: &[Segmented], model: &M
             };
             onset(&scene, interaction, name)
         });
-        told(&all.collect::<Vec<Onset>>(), name)
+        (name.to_owned(), all.collect())
     };
     let alone = model.twin.bodies.iter().filter(|b| b.links.len() == 1);
-    alone.filter_map(|b| one(&b.links[0].name)).collect()
+    alone.map(|b| one(&b.links[0].name)).collect()
+}
+
+/// A body whose friction comes up over a way that can be seen, or a finger whose force does not go as its squeeze.
+pub fn onset_finding((name, all): &(String, Vec<Onset>)) -> Option<Finding> {
+    told(all, name).or_else(|| contact_law_finding(all, name))
 }
 
 fn mean(values: &[f64]) -> Option<f64> {
@@ -138,7 +168,24 @@ fn onset(scene: &Scene, interaction: &Interaction, name: &str) -> Option<Onset> 
     let within = (time[sliding[0]], time[*sliding.last()?]);
     let (zero, sd) = body_at_rest(track, &way, (time[first] - 2.0 * BIN, time[risen]), within)?;
     let up = rise.clone().find(|i| force[*i] > UP * level)?;
+    let (moments, forces, scatter) = scene.raw_force(FINE)?;
+    let near = |t: &f64| *t > time[first] - BEFORE && *t < within.1;
+    let near = (0..moments.len()).filter(|i| near(&moments[*i]));
+    let reading = |i: usize| Reading {
+        time: moments[i],
+        way: way.at(moments[i]).unwrap_or(f64::NAN) - zero,
+        force: forces[i].dot(&along),
+    };
+    let readings: Vec<Reading> = near
+        .map(reading)
+        .filter(|r| r.way.is_finite() && r.force.is_finite())
+        .collect();
+    let when = |at: f64| readings.iter().find(|r| r.way > at).map(|r| r.time);
+    let slips = (when(0.0)?, (0.5 * (when(sd)? - when(-sd)?)).max(0.5 * FINE));
     Some(Onset {
+        slips,
+        rise: readings,
+        noise: scatter?,
         interaction: interaction.name.clone(),
         held_out: interaction.held_out,
         way: ((tool[up] - zero) / UP, sd / UP),

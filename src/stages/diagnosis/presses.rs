@@ -4,6 +4,8 @@ use nalgebra::{Point2, Point3, Vector2};
 
 use super::Quantity;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
+use super::fit::Fit;
+use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::press_catalogue::press_laws;
 use super::press_laws::{Memory, sunk};
@@ -45,6 +47,7 @@ pub struct Presses {
     bodies: Vec<usize>,
     /// Stiffness of each body in the twin, N/m.
     stiffness: Vec<f64>,
+    names: Vec<String>,
     /// Deepest earlier press at the same spot, and anywhere on the body, m.
     past: Vec<[f64; 2]>,
     /// Where each body was pressed first, and each group from there, m.
@@ -209,6 +212,7 @@ impl Presses {
             spots: Vec::new(),
             bodies: Vec::new(),
             stiffness: Vec::new(),
+            names: Vec::new(),
             past: Vec::new(),
             middles: Vec::new(),
             places: Vec::new(),
@@ -233,6 +237,7 @@ impl Presses {
             kind(Quantity::Position, SURFACE, 0.0),
         ];
         out.sheet.base = known.base();
+        out.names = known.bodies.iter().map(|b| b.0.clone()).collect();
         out.sheet.laws = press_laws(&out);
         Some(out)
     }
@@ -310,6 +315,23 @@ impl Presses {
 impl Family for Presses {
     fn sheet(&self) -> &Sheet {
         &self.sheet
+    }
+
+    /// Where the law of the spring itself is another; what it holds beside that is how its presses are read.
+    fn levels(&self, fit: &Fit) -> Vec<Level> {
+        let curved = [
+            "hardening-stiffness",
+            "second-stage",
+            "preload",
+            "guide-friction",
+            "snap-through",
+        ];
+        if !fit.laws.iter().any(|l| curved.contains(&self.sheet.laws[*l].cause)) {
+            return Vec::new();
+        }
+        let each = self.names.iter().enumerate();
+        each.filter_map(|(k, name)| Level::of(fit, k, name, Number::Stiffness))
+            .collect()
     }
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {

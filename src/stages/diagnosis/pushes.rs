@@ -5,6 +5,8 @@ use nalgebra::{Vector2, Vector3};
 
 use super::Quantity;
 use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
+use super::fit::Fit;
+use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::push_catalogue::push_laws;
 use super::push_laws;
@@ -28,6 +30,7 @@ pub struct Pushes {
     states: Vec<Vec<State>>,
     /// Which log friction scales a group.
     bodies: Vec<usize>,
+    names: Vec<String>,
     /// Normal load of each body, N.
     loads: Vec<f64>,
     /// Unit vectors along and across each group's motion, plane of the support.
@@ -48,6 +51,7 @@ impl Pushes {
             sheet: Sheet::default(),
             states: Vec::new(),
             bodies: Vec::new(),
+            names: Vec::new(),
             loads: Vec::new(),
             along: Vec::new(),
             plane,
@@ -102,6 +106,7 @@ impl Pushes {
             ..Parameter::positive("static_excess", "1", 0.2)
         });
         out.sheet.base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
+        out.names = names;
         out.sheet.scatter = scatter();
         let scale = out.scale();
         out.sheet.laws = push_laws(&out, scale);
@@ -293,6 +298,12 @@ impl Family for Pushes {
             return f64::INFINITY;
         }
         ONE_TRY + (self.sheet.laws[law].grid.len().max(1) as f64).ln()
+    }
+
+    fn levels(&self, fit: &Fit) -> Vec<Level> {
+        let each = self.names.iter().enumerate();
+        each.filter_map(|(k, name)| Level::of(fit, k, name, Number::Friction))
+            .collect()
     }
 
     fn unforeseen(&self) -> f64 {

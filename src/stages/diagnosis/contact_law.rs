@@ -1,0 +1,205 @@
+//! How the force of a finger grows with its squeeze, before the body moves: `F = k d^(1 + h)`, where the plain finger has
+//! `h = 0`.
+//!
+//! While friction holds the body, all of the tool's way goes into the finger. A sensor that lags rounds the beginning of
+//! a straight rise as a law with `h > 0` does, and a finger that creeps begins it with a step as one with `h < 0`; both are
+//! fitted beside the law, push by push, and it has to be better than either.
+
+use nalgebra::DVector;
+
+use super::onset::Onset;
+use super::told::{Told, gain};
+use crate::base::Estimate;
+use crate::math::{Settings, levenberg_marquardt, random_effects};
+use crate::twin::Finding;
+
+/// Share of the sliding force up to which the body is held.
+const HELD: f64 = 0.85;
+/// What of that force the model of a rise leaves, as a share.
+const ROUGH: f64 = 0.01;
+/// Fewest readings of a rise, and least squeeze, m, that tell its form.
+const READINGS: usize = 8;
+const SQUEEZED: f64 = 3e-4;
+/// Fewest pushes, standard deviations, and the least exponent.
+const FEWEST: usize = 3;
+const CLEAR: f64 = 5.0;
+const LEAST: f64 = 0.1;
+/// Log evidence over each of the two that are like it.
+const BETTER: f64 = 8.0;
+/// Scatter of the exponent from push to push.
+const SCATTER: f64 = 0.05;
+/// What a finger that creeps a little takes from it.
+const FORM: f64 = 0.05;
+/// Bounds of exponents, and of the squeeze, m.
+const EXPONENT: [f64; 2] = [-0.8, 3.0];
+const SQUEEZE: [f64; 2] = [2e-5, 2e-2];
+
+/// What bends a rise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Bend {
+    /// An exponent.
+    Law,
+    /// A lag of the sensor, as a share of the time of the rise.
+    Lag,
+    /// A step at first touch, as a share of the whole.
+    Step,
+}
+
+/// Share of the full force at a share `s` of the way from first touch to where it is in full.
+fn share(bend: Bend, size: f64, s: f64) -> f64 {
+    if s <= 0.0 {
+        return 0.0;
+    }
+    match bend {
+        Bend::Law => s.powf(1.0 + size),
+        Bend::Lag => s - size * (1.0 - (-s / size.max(1e-6)).exp()),
+        Bend::Step => size + (1.0 - size) * s,
+    }
+}
+
+/// The rise of one push by one of them.
+struct Rise<'a> {
+    push: &'a Onset,
+    /// Squeeze in full, m.
+    squeeze: f64,
+    size: (f64, f64),
+    cost: f64,
+}
+
+/// Where a finger's force does not grow in proportion to its squeeze.
+pub fn contact_law_finding(all: &[Onset], name: &str) -> Option<Finding> {
+    let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
+    let by = |bend: Bend| -> Vec<Rise> { fitted.iter().filter_map(|push| rise(push, bend)).collect() };
+    let law: Vec<Rise> = by(Bend::Law).into_iter().filter(|r| r.squeeze > SQUEEZED).collect();
+    let (sizes, sds): (Vec<f64>, Vec<f64>) = law.iter().map(|r| r.size).unzip();
+    let pooled = random_effects(&sizes, &sds, SCATTER).filter(|_| law.len() >= FEWEST)?;
+    let statistic = pooled.mean.abs() / pooled.sd;
+    let worse = |bend: Bend| {
+        let other = by(bend);
+        let own = |r: &Rise| other.iter().find(|o| o.push.interaction == r.push.interaction);
+        law.iter().filter_map(|r| Some(own(r)?.cost - r.cost)).sum::<f64>()
+    };
+    let better = worse(Bend::Lag).min(worse(Bend::Step));
+    if statistic < CLEAR || pooled.mean.abs() < LEAST || better < BETTER {
+        return None;
+    }
+    let held: Vec<&Onset> = all.iter().filter(|o| o.held_out).collect();
+    let judged = if held.is_empty() { &fitted } else { &held };
+    // The geometric mean over pushes of the stiffness at one squeeze of them all.
+    let typical = mean(law.iter().map(|r| r.squeeze.ln()))?.exp();
+    let force_there = mean(
+        law.iter()
+            .map(|r| (r.push.level * (typical / r.squeeze).powf(1.0 + pooled.mean)).ln()),
+    )?
+    .exp();
+    let straight = straight_stiffness(&fitted)?;
+    let plain = |d: f64| straight * d;
+    let extended = |d: f64| force_there * (d / typical).powf(1.0 + pooled.mean);
+    let errors = [
+        rms(judged, &plain, |level| level / straight),
+        rms(judged, &extended, |level| {
+            typical * (level / force_there).powf(1.0 / (1.0 + pooled.mean))
+        }),
+    ];
+    let from: Vec<String> = law.iter().map(|r| r.push.interaction.clone()).collect();
+    let method = "rise of the force of slow pushes while the body is held";
+    let told = Told {
+        cause: "contact-law",
+        place: name,
+        probability: 0.9,
+        rivals: &[],
+        parameter: (
+            "h",
+            Estimate::measured(pooled.mean, pooled.sd.hypot(FORM), "1", from.clone(), method),
+        ),
+        residual: "beginning",
+        statistic,
+        words: format!(
+            "while {name} is held, the finger's force goes as its squeeze to the power of {:.2}, {:.2} mm for {:.1} N",
+            1.0 + pooled.mean,
+            1e3 * typical,
+            force_there
+        ),
+        gain: gain(
+            "force",
+            "N",
+            errors,
+            held.iter().map(|o| o.interaction.clone()).collect(),
+        ),
+    };
+    let mut finding = told.finding();
+    let stiffness = force_there / typical;
+    let doubt = stiffness * pooled.sd.hypot(SCATTER / (law.len() as f64).sqrt());
+    let stiffness = Estimate::measured(stiffness, doubt, "N/m", from, method);
+    finding.parameters.insert("k_c".into(), stiffness);
+    Some(finding)
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let all: Vec<f64> = values.collect();
+    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+}
+
+/// The rows of a rise while the body is held: the tool's place, m, before where the force is in full; N.
+fn held_rows(push: &Onset) -> Vec<[f64; 2]> {
+    let held = push.rise.iter().take_while(|r| r.force < HELD * push.level);
+    held.map(|r| [r.way, r.force]).collect()
+}
+
+fn rise(push: &Onset, bend: Bend) -> Option<Rise<'_>> {
+    let rows = held_rows(push);
+    let (level, doubt) = (push.level, push.noise.hypot(ROUGH * push.level));
+    let first = rows.iter().find(|r| r[1] > 0.1 * level)?[0];
+    let rising = rows.iter().filter(|r| r[0] > first).count();
+    if rising < READINGS {
+        return None;
+    }
+    let begin = (-first).clamp(2.0 * SQUEEZE[0], 0.5 * SQUEEZE[1]);
+    let bounded = |x: &DVector<f64>| {
+        let size = match bend {
+            Bend::Law => x[1].clamp(EXPONENT[0], EXPONENT[1]),
+            Bend::Lag => x[1].abs(),
+            Bend::Step => x[1].clamp(-0.5, 0.95),
+        };
+        (x[0].exp().clamp(SQUEEZE[0], SQUEEZE[1]), size, x[2] * push.way.1)
+    };
+    let residuals = |x: &DVector<f64>| {
+        let (squeeze, size, shift) = bounded(x);
+        let of = |r: &[f64; 2]| (r[1] - level * share(bend, size, (r[0] - shift + squeeze) / squeeze)) / doubt;
+        DVector::from_iterator(rows.len() + 1, rows.iter().map(of).chain([x[2]]))
+    };
+    let start = |size: f64| DVector::from_vec(vec![begin.ln(), size, 0.0]);
+    let steps = DVector::from_vec(vec![1e-4, 1e-4, 1e-3]);
+    let fits = [0.05, 0.5].map(|size| levenberg_marquardt(&start(size), &steps, Settings::default(), residuals));
+    let best = fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let (squeeze, size, _) = bounded(&best.x);
+    Some(Rise {
+        push,
+        squeeze,
+        size: (size, best.sd(1)),
+        cost: best.cost,
+    })
+}
+
+/// What a straight finger would have, N/m, over all these pushes.
+fn straight_stiffness(pushes: &[&Onset]) -> Option<f64> {
+    let one = |push: &&Onset| {
+        let rows = held_rows(push);
+        let middle = rows.iter().filter(|r| r[1] > 0.1 * push.level);
+        let ends: Vec<&[f64; 2]> = middle.collect();
+        let (a, b) = (ends.first()?, ends.last()?);
+        Some(((b[1] - a[1]) / (b[0] - a[0]).max(1e-6)).max(1.0).ln())
+    };
+    mean(pushes.iter().filter_map(one)).map(f64::exp)
+}
+
+/// The error of a law of the finger's over rises that it may not have seen, N.
+fn rms(pushes: &[&Onset], law: &dyn Fn(f64) -> f64, squeeze: impl Fn(f64) -> f64) -> f64 {
+    let each = |push: &&Onset| {
+        let squeezed = squeeze(push.level);
+        let left = |r: &[f64; 2]| (r[1] - law((r[0] + squeezed).max(0.0)).min(push.level)).powi(2);
+        held_rows(push).iter().map(left).collect::<Vec<f64>>()
+    };
+    let squares: Vec<f64> = pushes.iter().flat_map(each).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}

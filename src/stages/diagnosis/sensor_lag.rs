@@ -1,0 +1,269 @@
+//! A force sensor that lags: the body slides already while what is read still rises, by the same time in every push.
+//!
+//! What the finger exerts rises evenly until the body slides, and then stays; that, seen through one pole or two equal ones, is
+//! laid beside what is read. Friction that comes up over a way, a soft finger and clocks that run apart are fitted beside it, push by push, and
+//! it has to be better than either.
+
+use nalgebra::{DVector, Vector3};
+
+use super::onset::{Onset, Reading};
+use super::told::{Told, gain};
+use crate::base::Estimate;
+use crate::capture::{Capture, Kind};
+use crate::math::{Settings, levenberg_marquardt, mad_sd, quantile, random_effects};
+use crate::twin::Finding;
+
+/// Fewest pushes, standard deviations, and the least lag, s.
+const FEWEST: usize = 2;
+const CLEAR: f64 = 6.0;
+const LEAST: f64 = 8e-3;
+/// Log evidence over what is like it.
+const BETTER: f64 = 8.0;
+/// Scatter from push to push, as a share.
+const SCATTER: f64 = 0.15;
+/// What of the sliding force the model of a rise leaves, as a share, and what is known of its level.
+const ROUGH: f64 = 0.02;
+const LEVEL: f64 = 0.05;
+/// Lags that the rise has to be followed for.
+const FOLLOWED: f64 = 4.0;
+/// By how much the lag of some number of poles may pass for that of one or two, as a share, and the rise of the force for a part of it, s.
+const FORM: (f64, f64) = (0.2, 3e-3);
+/// Fewest readings of a rise.
+const READINGS: usize = 10;
+/// Half of the window over which the lag is undone, as a share of one pole's time.
+const WINDOW: f64 = 0.25;
+
+/// What is read of a finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Read {
+    /// Through so many equal poles.
+    Lagging(u8),
+    /// As it is, but by another clock.
+    Late,
+    /// As it is; friction comes up over a way.
+    Presliding,
+    /// As it is, of a finger whose force grows as a power of its squeeze.
+    Soft,
+}
+
+/// The lag of a capture's force sensor.
+#[derive(Clone, Debug)]
+pub struct SensorLag {
+    /// Sum over the poles, s, with its standard deviation.
+    pub seconds: (f64, f64),
+    poles: u8,
+    from: Vec<String>,
+}
+
+/// A unit ramp from time 0 on, through so many poles of `lag` seconds in all.
+fn ramp(u: f64, lag: f64, poles: u8) -> f64 {
+    if u <= 0.0 {
+        return 0.0;
+    }
+    let lag = lag.max(1e-6);
+    if poles == 1 {
+        return u - lag * (1.0 - (-u / lag).exp());
+    }
+    let a = 0.5 * lag;
+    u - 2.0 * a + (2.0 * a + u) * (-u / a).exp()
+}
+
+/// One push, so read.
+struct Fitted<'a> {
+    push: &'a Onset,
+    /// Its lag, s, its delay, s, or the way of presliding, m.
+    size: (f64, f64),
+    cost: f64,
+}
+
+/// What was exerted rises over `rise` seconds until the body slides at `slips`, and stays.
+fn exerted(read: Read, row: &Reading, (slips, rise): (f64, f64), size: f64) -> f64 {
+    let since = row.time - slips;
+    match read {
+        Read::Lagging(poles) => (ramp(since + rise, size, poles) - ramp(since, size, poles)) / rise,
+        Read::Late => ((since - size + rise) / rise).clamp(0.0, 1.0),
+        Read::Soft => (1.0 + since / rise).clamp(0.0, 1.0).powf(1.0 + size.min(4.0)),
+        Read::Presliding => (row.way / size.max(1e-7)).clamp(0.0, 1.0),
+    }
+}
+
+fn fit(push: &Onset, read: Read) -> Option<Fitted<'_>> {
+    let rows: Vec<&Reading> = push.rise.iter().filter(|r| r.force.is_finite()).collect();
+    if rows.len() < READINGS {
+        return None;
+    }
+    let doubt = push.noise.hypot(ROUGH * push.level);
+    let unit = match read {
+        Read::Presliding => 1e-3,
+        Read::Soft => 1.0,
+        _ => 1e-2,
+    };
+    // Size, log rise, shift of the moment at which it slides, and of the level, the latter two in their standard deviations.
+    let of = |x: &DVector<f64>| {
+        let size = if read == Read::Late { x[0] } else { x[0].abs() } * unit;
+        let rise = x[1].exp().clamp(1e-3, 0.5);
+        (
+            size,
+            (push.slips.0 + x[2] * push.slips.1, rise),
+            push.level * (1.0 + LEVEL * x[3]),
+        )
+    };
+    let residuals = |x: &DVector<f64>| {
+        let (size, when, level) = of(x);
+        let left = rows
+            .iter()
+            .map(|r| (r.force - level * exerted(read, r, when, size)) / doubt);
+        DVector::from_iterator(rows.len() + 3, left.chain([x[2], x[3], (x[1] - 0.01_f64.ln()) / 1.5]))
+    };
+    let steps = DVector::from_element(4, 1e-3);
+    let starts = [0.3, 3.0].map(|size| DVector::from_vec(vec![size, 0.01_f64.ln(), 0.0, 0.0]));
+    let fits = starts.map(|start| levenberg_marquardt(&start, &steps, Settings::default(), residuals));
+    let best = fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    Some(Fitted {
+        push,
+        size: (of(&best.x).0, best.sd(0) * unit),
+        cost: best.cost,
+    })
+}
+
+/// By how much the second fits these pushes worse.
+fn worse(than: &[Fitted], other: &[Fitted]) -> f64 {
+    let own = |f: &Fitted| other.iter().find(|o| o.push.interaction == f.push.interaction);
+    than.iter().filter_map(|f| Some(own(f)?.cost - f.cost)).sum()
+}
+
+/// The lag that all pushes share; nothing where it is not clear.
+pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
+    let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
+    let by = |read: Read| -> Vec<Fitted> { fitted.iter().filter_map(|push| fit(push, read)).collect() };
+    let (one, two) = (by(Read::Lagging(1)), by(Read::Lagging(2)));
+    // A push that was over before what is read had come up makes it seem shorter, and does not tell it.
+    let typical = quantile(&two.iter().map(|f| f.size.0).collect::<Vec<f64>>(), 0.75)?;
+    let [one, two] = [one, two].map(|all| {
+        let long = |f: &Fitted| f.push.followed() > FOLLOWED * typical;
+        all.into_iter().filter(long).collect::<Vec<Fitted>>()
+    });
+    let (poles, told) = if worse(&one, &two) < 0.0 { (2, two) } else { (1, one) };
+    let (values, sds): (Vec<f64>, Vec<f64>) = told.iter().map(|f| f.size).unzip();
+    let pooled = random_effects(&values, &sds, SCATTER * typical).filter(|_| told.len() >= FEWEST)?;
+    let like_it = [Read::Late, Read::Presliding, Read::Soft].map(|read| worse(&told, &by(read)));
+    let better = like_it.into_iter().fold(f64::INFINITY, f64::min);
+    if pooled.mean < LEAST || pooled.mean < CLEAR * pooled.sd || better < BETTER {
+        return None;
+    }
+    Some(SensorLag {
+        seconds: (pooled.mean, pooled.sd),
+        poles,
+        from: told.iter().map(|f| f.push.interaction.clone()).collect(),
+    })
+}
+
+impl SensorLag {
+    /// As `diagnosis.json` says it.
+    pub fn finding(&self, all: &[Onset]) -> Finding {
+        let (held, fitted): (Vec<&Onset>, Vec<&Onset>) = all.iter().partition(|o| o.held_out);
+        let judged = if held.is_empty() { &fitted } else { &held };
+        let (seconds, sd) = self.seconds;
+        let error = |lag: f64| {
+            let read = if lag > 0.0 {
+                Read::Lagging(self.poles)
+            } else {
+                Read::Late
+            };
+            let each = |o: &&Onset| {
+                let left = |r: &Reading| (r.force - o.level * exerted(read, r, (o.slips.0, 0.01), lag)).powi(2);
+                o.rise.iter().map(left).collect::<Vec<f64>>()
+            };
+            let squares: Vec<f64> = judged.iter().flat_map(each).filter(|s| s.is_finite()).collect();
+            (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+        };
+        let method = "rise of what is read while the body slides already";
+        let told = Told {
+            cause: "sensor-lag",
+            place: "force",
+            probability: 0.9,
+            rivals: &[],
+            parameter: (
+                "Tf",
+                Estimate::measured(
+                    seconds,
+                    sd.hypot(FORM.0 * seconds).hypot(FORM.1),
+                    "s",
+                    self.from.clone(),
+                    method,
+                ),
+            ),
+            residual: "beginning",
+            statistic: seconds / sd,
+            words: format!(
+                "what is read of the force comes up {:.0} ms after the body slides, in every push, however fast",
+                1e3 * seconds
+            ),
+            gain: gain(
+                "force",
+                "N",
+                [error(0.0), error(seconds)],
+                held.iter().map(|o| o.interaction.clone()).collect(),
+            ),
+        };
+        told.finding()
+    }
+
+    /// The capture with what a finger exerted in pushes and pulls, as far as what was read tells it.
+    pub fn undone(&self, capture: &Capture) -> Capture {
+        let mut out = capture.clone();
+        let lag = self.seconds.0 / f64::from(self.poles);
+        let mut louder = 1.0_f64;
+        for interaction in &mut out.interactions {
+            let moved = matches!(interaction.kind, Kind::Push | Kind::Pull);
+            let Some(force) = interaction.force.as_mut().filter(|_| moved) else {
+                continue;
+            };
+            for _ in 0..self.poles {
+                let before = scatter(&force.force);
+                force.force = sharpened(&force.time, &force.force, lag);
+                louder = louder.max(scatter(&force.force) / before.max(1e-9));
+            }
+        }
+        // Neighbours share their noise now: a mean of many is hardly better than one of them.
+        let correlated = |noise: f64| noise * louder * f64::from(self.poles) * 4.0;
+        out.noise.force = out.noise.force.map(correlated);
+        out
+    }
+}
+
+/// Scatter from reading to reading, N.
+fn scatter(force: &[Vector3<f64>]) -> f64 {
+    let steps: Vec<f64> = force
+        .windows(2)
+        .map(|w| w[1].x - w[0].x)
+        .filter(|d| d.is_finite())
+        .collect();
+    mad_sd(&steps).unwrap_or(0.0)
+}
+
+/// `F + lag dF/dt` over a window about each reading.
+fn sharpened(time: &[f64], force: &[Vector3<f64>], lag: f64) -> Vec<Vector3<f64>> {
+    let half = WINDOW * lag;
+    let one = |i: usize| {
+        let (from, to) = (
+            time.partition_point(|t| *t < time[i] - half),
+            time.partition_point(|t| *t <= time[i] + half),
+        );
+        let near: Vec<usize> = (from..to).filter(|k| force[*k].iter().all(|x| x.is_finite())).collect();
+        let n = near.len() as f64;
+        if near.len() < 3 || !force[i].iter().all(|x| x.is_finite()) {
+            return force[i];
+        }
+        let middle = near.iter().map(|k| time[*k]).sum::<f64>() / n;
+        let mean = near.iter().map(|k| force[*k]).sum::<Vector3<f64>>() / n;
+        let squares: f64 = near.iter().map(|k| (time[*k] - middle).powi(2)).sum();
+        let slope = near
+            .iter()
+            .map(|k| force[*k] * (time[*k] - middle))
+            .sum::<Vector3<f64>>()
+            / squares.max(1e-12);
+        mean + slope * (time[i] - middle + lag)
+    };
+    (0..time.len()).map(one).collect()
+}

@@ -75,6 +75,8 @@ pub enum Cause {
     Doubt,
     /// Another engine with the same numbers is within the bars: this one's contacts differ.
     Engine,
+    /// By the measured poses it turned about a place of its own that the twin does not know of.
+    Pivot,
     /// palpate's own laws miss as far: the diagnosis says that something is left.
     Law,
     /// The engine misses touches as far that the numbers were fitted to: they do not hold all of them at once.
@@ -89,6 +91,7 @@ impl Cause {
         match self {
             Self::Doubt => "known no better",
             Self::Engine => "this engine's contacts",
+            Self::Pivot => "turns about a place that the twin does not know of",
             Self::Law => "no law for it yet",
             Self::Fitted => "no farther than fitted touches",
             Self::Unexplained => "not explained",
@@ -97,8 +100,11 @@ impl Cause {
 }
 
 impl Judged {
-    /// What most of it goes with, most first, in words.
+    /// What most of it goes with, most first, in words; nothing where it is told by what was measured.
     pub fn shares(&self, sources: &[Source]) -> Vec<String> {
+        if self.cause == Cause::Pivot {
+            return Vec::new();
+        }
         let named = self.likely.iter().filter(|(_, _, share)| *share >= WORTH).take(MOST);
         let said = named.filter_map(|(k, z, share)| {
             let source = sources.get(*k)?;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::outside::EngineName;
 use super::pivot::pivot;
-use super::reason::{Cause, Judged, Reason, Source};
+use super::reason::{Cause, Judged, Reason, Source, beside_each_other};
 use super::recorded::{Recorded, TIP};
 use super::table::{EngineReport, Outcome, SHARE, TURN, TouchRow};
 use crate::base::{Pose, Status};
@@ -108,7 +108,8 @@ impl<'a> Probe<'a> {
             let report = reports.iter().find(|r| r.engine == *engine);
             met.judge(*engine, row, &rows, report.map_or([0; 2], |r| r.fitted_as_far(row)))
         };
-        let judged: Vec<Judged> = missed.par_iter().map(judge).collect();
+        let mut judged: Vec<Judged> = missed.par_iter().map(judge).collect();
+        beside_each_other(&mut judged);
         Some(met.reason(judged))
     }
 
@@ -286,12 +287,12 @@ impl Met<'_> {
         let again = j.left.map_or(String::new(), |[m, r]| {
             let within = if j.mended { ", within the bars" } else { "" };
             format!(
-                "; with the likeliest values it is off by {:.2} mm and {:.2} degrees{within}",
+                "; with the likeliest values of what is doubtful it ends {:.2} mm and {:.2} degrees off{within}",
                 1e3 * m,
                 r.to_degrees()
             )
         });
-        let far = format!("{:.1} sd of all that is doubtful", j.distance2.sqrt());
+        let far = format!("{:.1} sd of all that is doubtful about it", j.distance2.sqrt());
         let own = format!(
             "palpate's own laws miss held-out touches by {:.2} mm and {:.2} degrees rms (diagnosis: {})",
             1e3 * place,

@@ -301,3 +301,46 @@ fn trajectories_come_in_as_tracks() {
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("row 1"));
 }
+
+/// A user's own URDF beside measured pushes: which of its numbers are wrong, and by how much its predictions are off.
+#[test]
+fn a_wrong_number_of_a_users_own_urdf_is_told_beside_measured_pushes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let capture = folder.path().join("capture");
+    let made = palpate(&["synth", "lab:tiny", "--out", text(&capture), "-q"]);
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let told = |mass: f64| {
+        let (urdf, out) = (
+            folder.path().join("mine.urdf"),
+            folder.path().join(format!("mine-{mass}")),
+        );
+        let solid = "<geometry><box size='0.08 0.06 0.05'/></geometry>";
+        let body = format!(
+            "<robot name='mine'><link name='box'><visual>{solid}</visual><collision>{solid}</collision>\
+             <contact><lateral_friction value='0.3'/></contact><inertial><mass value='{mass}'/>\
+             <inertia ixx='1e-4' iyy='1e-4' izz='1e-4' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>"
+        );
+        std::fs::write(&urdf, body).expect("written");
+        let done = palpate(&["import", "twin", text(&urdf), "--out", text(&out), "-q"]);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let words = ["diagnose", text(&capture), "--model", text(&out), "--json"];
+        let said: serde_json::Value = serde_json::from_slice(&palpate(&words).stdout).expect("one JSON object");
+        assert!(
+            said["base"]["rmse"]["force"].is_number(),
+            "its pushes are predicted: {said}"
+        );
+        let numbers = said["numbers"].as_array().expect("a list").clone();
+        let mass = numbers
+            .iter()
+            .find(|n| n["quantity"] == "mass")
+            .expect("the lift weighs it")
+            .clone();
+        (
+            mass["outside"].as_bool().expect("yes or no"),
+            mass["measured"].as_f64().expect("kg"),
+        )
+    };
+    let (wrong, measured) = told(0.4);
+    assert!(wrong, "measured {measured}");
+    assert_eq!(told(measured), (false, measured));
+}

@@ -3,12 +3,24 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use serde::Serialize;
+
 use super::arguments::Common;
 use super::{output, reconstruct};
 use crate::base::{Estimate, Notices, Result, Seed};
 use crate::capture::read_capture;
 use crate::pipeline::{self, Options, Pass};
-use crate::twin::{Diagnosis, Experiment, Finding, Gain, Verdict, read_twin};
+use crate::twin::{Compared, Diagnosis, Experiment, Finding, Gain, Verdict, compared, read_twin};
+
+/// What came out, as one JSON object.
+#[derive(Serialize)]
+struct Said<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    /// Numbers of the given model beside those of a fresh fit; absent where no model was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    numbers: Option<Vec<Compared>>,
+}
 
 /// Diagnoses a fresh fit, or the model of an existing folder, and says what came out.
 pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &[String]) -> Result<ExitCode> {
@@ -19,12 +31,18 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
     options.diagnosis.causes = (!causes.is_empty()).then(|| causes.to_vec());
     options.diagnosis.check()?;
     let capture = read_capture(capture)?;
+    let mut numbers = None;
     let diagnosis = match model {
         Some(folder) => {
             let (model, _) = read_twin(folder)?;
             let mut notices = Notices::default();
             let diagnosis = pipeline::diagnose(&capture, &model, &options, &mut notices)?.diagnosis;
             output::notices(common, &notices.0);
+            options
+                .passes
+                .retain(|p| !matches!(p, Pass::Diagnosis | Pass::Export | Pass::Report));
+            let fresh = reconstruct::run_passes(common, &capture, &options)?;
+            numbers = Some(compared(&model.twin, &fresh.model.twin));
             diagnosis
         }
         None => {
@@ -34,7 +52,15 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
             run.diagnosis
         }
     };
-    output::result(common, &in_words(&diagnosis), &diagnosis)?;
+    let words = match &numbers {
+        Some(numbers) => in_words(&diagnosis) + &of_model(&diagnosis, numbers),
+        None => in_words(&diagnosis),
+    };
+    let said = Said {
+        diagnosis: &diagnosis,
+        numbers,
+    };
+    output::result(common, &words, &said)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -59,6 +85,42 @@ fn in_words(diagnosis: &Diagnosis) -> String {
         for experiment in some {
             text += &format!("- {} ({word}: {})\n", experiment.words, experiment.parts.join(", "));
         }
+    }
+    text
+}
+
+/// How far a given model's predictions are off, and which of its numbers the capture excludes.
+fn of_model(diagnosis: &Diagnosis, numbers: &[Compared]) -> String {
+    let base = &diagnosis.base;
+    let unit = |name: &str| match name {
+        "force" => "N",
+        "torque" => "N·m",
+        "rotation" | "heading" => "rad",
+        _ => "m",
+    };
+    let of = |(name, rmse): (&String, &f64)| {
+        let floor = base.noise_floor.get(name);
+        let floor = floor.map_or(String::new(), |f| format!(" (noise {})", short(*f)));
+        format!("{name} {} {}{floor}", short(*rmse), unit(name))
+    };
+    let off: Vec<String> = base.rmse.iter().map(of).collect();
+    let mut text = match off.is_empty() {
+        true => {
+            "\nwhat the model predicts could not be laid beside what was measured (--verbose says why)\n".to_owned()
+        }
+        false => format!("\nthe model's predictions are off by (rms): {}\n", off.join(", ")),
+    };
+    let (outside, within): (Vec<&Compared>, Vec<&Compared>) = numbers.iter().partition(|n| n.outside);
+    if numbers.is_empty() {
+        return text + "this capture measures none of the model's numbers\n";
+    }
+    text += &format!(
+        "of its numbers that a fresh fit to this capture measures, {} lie outside of the 95 % and {} within\n",
+        outside.len(),
+        within.len()
+    );
+    for number in outside {
+        text += &format!("- {number}\n");
     }
     text
 }

@@ -3,6 +3,7 @@
 mod astray;
 mod compare;
 mod outside;
+mod pivot;
 mod probe;
 mod reason;
 mod recorded;

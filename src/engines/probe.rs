@@ -9,7 +9,8 @@ use nalgebra::{Isometry3, Matrix4, Point3, Translation3, Vector3, Vector4};
 use rayon::prelude::*;
 
 use super::outside::EngineName;
-use super::reason::{Cause, Judged, Reason, Source};
+use super::pivot::pivot;
+use super::reason::{Cause, Judged, Reason, Source, beside_each_other};
 use super::recorded::{Recorded, TIP};
 use super::table::{EngineReport, Outcome, SHARE, TURN, TouchRow};
 use crate::base::{Pose, Status};
@@ -46,6 +47,7 @@ enum Doubtful {
 pub(super) struct Probe<'a> {
     model: &'a Model,
     diagnosis: &'a Diagnosis,
+    touches: &'a [Recorded],
     /// How far the tools' places are astray in this capture, 1 sd, m.
     astray: f64,
 }
@@ -54,12 +56,13 @@ pub(super) struct Probe<'a> {
 type End = Vector4<f64>;
 
 impl<'a> Probe<'a> {
-    pub(super) fn new(model: &'a Model, diagnosis: &'a Diagnosis, touches: &[Recorded]) -> Self {
+    pub(super) fn new(model: &'a Model, diagnosis: &'a Diagnosis, touches: &'a [Recorded]) -> Self {
         let free = touches.iter().filter(|t| t.trial.hold == Hold::Touch);
         let shifts: Vec<f64> = free.map(|t| t.shifted.unwrap_or(0.0)).collect();
         Self {
             model,
             diagnosis,
+            touches,
             astray: astray(&shifts),
         }
     }
@@ -105,7 +108,8 @@ impl<'a> Probe<'a> {
             let report = reports.iter().find(|r| r.engine == *engine);
             met.judge(*engine, row, &rows, report.map_or([0; 2], |r| r.fitted_as_far(row)))
         };
-        let judged: Vec<Judged> = missed.par_iter().map(judge).collect();
+        let mut judged: Vec<Judged> = missed.par_iter().map(judge).collect();
+        beside_each_other(&mut judged);
         Some(met.reason(judged))
     }
 
@@ -270,12 +274,12 @@ impl Met<'_> {
             words: String::new(),
         };
         let kept: Vec<EngineName> = rows.iter().filter(|r| r.1.within()).map(|r| r.0).collect();
-        self.conclude(&mut judged, &kept, alike);
+        self.conclude(&mut judged, &kept, alike, row);
         judged
     }
 
     /// The cause with its words.
-    fn conclude(&self, j: &mut Judged, kept: &[EngineName], [as_far, fitted]: [usize; 2]) {
+    fn conclude(&self, j: &mut Judged, kept: &[EngineName], [as_far, fitted]: [usize; 2], row: &TouchRow) {
         let [place, turn] = self.own_miss();
         let size = Vector3::from(j.missed_by).norm();
         let alike = place >= ALIKE * size || (turn > 0.0 && j.turn.abs() > TURN && turn >= ALIKE * j.turn.abs());
@@ -283,12 +287,12 @@ impl Met<'_> {
         let again = j.left.map_or(String::new(), |[m, r]| {
             let within = if j.mended { ", within the bars" } else { "" };
             format!(
-                "; with the likeliest values it is off by {:.2} mm and {:.2} degrees{within}",
+                "; with the likeliest values of what is doubtful it ends {:.2} mm and {:.2} degrees off{within}",
                 1e3 * m,
                 r.to_degrees()
             )
         });
-        let far = format!("{:.1} sd of all that is doubtful", j.distance2.sqrt());
+        let far = format!("{:.1} sd of all that is doubtful about it", j.distance2.sqrt());
         let own = format!(
             "palpate's own laws miss held-out touches by {:.2} mm and {:.2} degrees rms (diagnosis: {})",
             1e3 * place,
@@ -304,6 +308,8 @@ impl Met<'_> {
                 Cause::Engine,
                 format!("{others} with the same numbers is within the bars; the miss is {far}{again}"),
             )
+        } else if let Some(pivot) = pivot(self.probe.model, self.probe.touches, self.touch, row) {
+            (Cause::Pivot, format!("{pivot}; the miss is {far}"))
         } else if alike {
             (Cause::Law, format!("{own}; the miss is {far}{again}"))
         } else if fitted >= FITTED && as_far as f64 >= AS_FAR * fitted as f64 {

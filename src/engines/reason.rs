@@ -68,13 +68,15 @@ pub struct Judged {
 }
 
 /// Where the reason of a miss lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
     /// What is doubtful scatters the touch as far.
     Doubt,
-    /// Another engine with the same numbers is within the bars: this one's contacts differ.
+    /// Another engine with the same numbers is within the bars, or within what is doubtful: this one's contacts differ.
     Engine,
+    /// By the measured poses it turned about a place of its own that the twin does not know of.
+    Pivot,
     /// palpate's own laws miss as far: the diagnosis says that something is left.
     Law,
     /// The engine misses touches as far that the numbers were fitted to: they do not hold all of them at once.
@@ -89,21 +91,67 @@ impl Cause {
         match self {
             Self::Doubt => "known no better",
             Self::Engine => "this engine's contacts",
+            Self::Pivot => "turns about a place that the twin does not know of",
             Self::Law => "no law for it yet",
             Self::Fitted => "no farther than fitted touches",
             Self::Unexplained => "not explained",
         }
     }
+
+    /// What it comes to for who reads it.
+    pub fn means(self) -> &'static str {
+        match self {
+            Self::Doubt => {
+                "What is doubtful about the touch and the twin moves its end as far as it was missed: this capture cannot tell \
+                 whether a number is off or the engine. What would tell most is listed at each touch."
+            }
+            Self::Engine => {
+                "Another engine with the same numbers comes near, or as near as is known: this one makes something else of the same contacts."
+            }
+            Self::Pivot => {
+                "By the measured poses the thing turned about one place of itself, as it did in other pushes; the twin spreads its \
+                 weight over the face and knows of no such place."
+            }
+            Self::Law => {
+                "palpate's own laws of motion miss held-out touches as far: something is at work for which it has no law."
+            }
+            Self::Fitted => {
+                "The engine misses touches as far that the numbers were fitted to: no one set of numbers holds them all."
+            }
+            Self::Unexplained => "None of these: farther off than all that is doubtful, and not understood.",
+        }
+    }
+}
+
+/// What is not explained in one engine while another one's miss of the same touch, with the same numbers, is within what is
+/// doubtful: beyond doubt is only what the first makes of contacts otherwise.
+pub(super) fn beside_each_other(judged: &mut [Judged]) {
+    let within = judged.iter().filter(|j| j.cause == Cause::Doubt);
+    let Some(other) = within.min_by(|a, b| a.distance2.total_cmp(&b.distance2)) else {
+        return;
+    };
+    let other = format!(
+        "{} with the same numbers misses it too, by no more than is doubtful about it ({:.1} sd)",
+        other.engine.name(),
+        other.distance2.sqrt()
+    );
+    for j in judged.iter_mut().filter(|j| j.cause == Cause::Unexplained) {
+        j.cause = Cause::Engine;
+        j.words = format!("{other}; {}", j.words);
+    }
 }
 
 impl Judged {
-    /// What most of it goes with, most first, in words.
+    /// What most of it goes with, most first, in words; nothing where it is told by what was measured.
     pub fn shares(&self, sources: &[Source]) -> Vec<String> {
+        if self.cause == Cause::Pivot {
+            return Vec::new();
+        }
         let named = self.likely.iter().filter(|(_, _, share)| *share >= WORTH).take(MOST);
         let said = named.filter_map(|(k, z, share)| {
             let source = sources.get(*k)?;
             Some(format!(
-                "{} off by {:.1} sd ({}): {:.0} % of the miss",
+                "{}, {:.1} sd off ({}): {:.0} % of the miss",
                 source.what,
                 z.abs(),
                 source.doubt,
@@ -129,5 +177,37 @@ impl fmt::Display for Reason {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judged(engine: EngineName, distance2: f64, cause: Cause) -> Judged {
+        Judged {
+            engine,
+            missed_by: [1e-3, 0.0, 0.0],
+            turn: 0.0,
+            distance2,
+            bound: 9.49,
+            likely: Vec::new(),
+            left: None,
+            mended: false,
+            cause,
+            words: "far".into(),
+        }
+    }
+
+    #[test]
+    fn what_another_engine_misses_within_doubt_is_this_ones_own_and_else_stays_unexplained() {
+        let rapier = judged(EngineName::Rapier, 16.0, Cause::Unexplained);
+        let mut both = [rapier.clone(), judged(EngineName::Mujoco, 2.6, Cause::Doubt)];
+        beside_each_other(&mut both);
+        assert_eq!(both[0].cause, Cause::Engine);
+        assert!(both[0].words.starts_with("mujoco"), "{}", both[0].words);
+        let mut both = [rapier, judged(EngineName::Mujoco, 12.0, Cause::Unexplained)];
+        beside_each_other(&mut both);
+        assert_eq!(both.map(|j| j.cause), [Cause::Unexplained; 2]);
     }
 }

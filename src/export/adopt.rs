@@ -11,7 +11,7 @@ use crate::geometry::{DecompositionConfig, Mesh, convex_parts, is_closed_manifol
 use crate::twin::{Body, FORMAT, Link, Model, Provenance, SupportPlane, Twin};
 
 /// Standard gravity, m/s².
-const GRAVITY: f64 = 9.80665;
+pub(super) const GRAVITY: f64 = 9.80665;
 
 /// What the numbers of a file are taken for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,8 +6,9 @@ use nalgebra::{Isometry3, Translation3};
 use serde::Serialize;
 
 use super::engine::no_table;
+use super::feet::{Corners, RADIUS, feet};
 use super::layout::lay_out;
-use super::scene::{Part, Scene, Tree};
+use super::scene::{Floor, Part, Scene, Tree};
 use super::trial::{Hold, Trial, TrialShape, place};
 use crate::base::{Error, Pose, Result};
 use crate::twin::Model;
@@ -25,6 +26,8 @@ pub struct StagedScene {
     pub trees: Vec<StagedTree>,
     /// Names of parts of different trees that move as one.
     pub welds: Vec<[String; 2]>,
+    /// Radius of the balls on which things stand that have feet, m.
+    pub foot: f64,
 }
 
 /// A body with its links.
@@ -57,6 +60,8 @@ pub struct StagedPart {
     pub hulls: usize,
     /// The exports state how stiff it is.
     pub soft: bool,
+    /// Centres of the balls on which it stands in an engine that has no face with all its corners, part frame, m.
+    pub feet: Vec<[f64; 3]>,
 }
 
 /// A trial in the frames of the exported files.
@@ -92,11 +97,13 @@ pub fn stage(model: &Model, trials: &[Trial]) -> Result<(StagedScene, Vec<Staged
     let scene = lay_out(model)?;
     let floor = scene.floor.as_ref();
     let floor = floor.ok_or_else(no_table)?;
+    let solid = scene.trees.iter().filter(|t| touches(t));
     let staged = StagedScene {
+        foot: RADIUS,
         gravity: scene.gravity.into(),
         point: floor.point.into(),
         normal: floor.normal.into_inner().into(),
-        trees: scene.trees.iter().filter(|t| touches(t)).map(tree).collect(),
+        trees: solid.map(|t| tree(t, model, floor)).collect(),
         welds: welds(&scene),
     };
     let trials = trials.iter().map(|t| trial(&scene, t)).collect::<Result<_>>()?;
@@ -114,17 +121,18 @@ fn welds(scene: &Scene) -> Vec<[String; 2]> {
     ends.map(|e| e.map(|id| scene.part(id).name.clone())).collect()
 }
 
-fn tree(tree: &Tree) -> StagedTree {
+fn tree(tree: &Tree, model: &Model, floor: &Floor) -> StagedTree {
     let root = tree.parts.first();
     StagedTree {
         file: format!("urdf/{}.urdf", tree.name),
         anchored: tree.anchored,
         pose: Pose(root.map_or_else(Isometry3::identity, |p| p.world_from_part)),
-        parts: tree.parts.iter().map(part).collect(),
+        parts: tree.parts.iter().map(|p| part(p, model, floor)).collect(),
     }
 }
 
-fn part(part: &Part) -> StagedPart {
+fn part(part: &Part, model: &Model, floor: &Floor) -> StagedPart {
+    let feet = feet(part, model, Some(floor), Corners::Few);
     StagedPart {
         name: part.name.clone(),
         link: part.link.clone(),
@@ -133,6 +141,7 @@ fn part(part: &Part) -> StagedPart {
         friction: part.surface.kinetic_friction,
         hulls: part.hulls.len(),
         soft: part.surface.compliance.is_some(),
+        feet: feet.iter().map(|at| at.coords.into()).collect(),
     }
 }
 

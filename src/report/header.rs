@@ -7,6 +7,9 @@ use crate::pipeline::Run;
 use crate::stages::diagnosis::Trace;
 use crate::twin::{JointKind, RelationKind, Verdict};
 
+/// Key figures in a row, at most.
+const WIDEST: usize = 7;
+
 /// The SI unit of a quantity that errors are gathered by.
 pub fn unit_of(quantity: &str) -> &'static str {
     match quantity {
@@ -133,10 +136,13 @@ pub fn section(capture: &Capture, run: &Run) -> String {
         "Interactions",
     ));
     figures.push_str(&errors(run));
+    // As many in a row as make rows of nearly the same length.
+    let tiles = figures.matches("<dt>").count().max(1);
+    let columns = tiles.div_ceil(tiles.div_ceil(WIDEST));
     format!(
         "<header>\n<p class=\"over\">palpate · digital twin of a tabletop</p>\n<h1>{}</h1>\n\
          <p class=\"verdict {class}\"><strong>{word}</strong><span>{sentence}{reservation}</span></p>\n\
-         <dl class=\"figures\">\n{figures}</dl>\n\
+         <dl class=\"figures\" style=\"--columns: {columns}\">\n{figures}</dl>\n\
          <nav aria-label=\"Sections\"><a href=\"#view\">Scene</a><a href=\"#estimates\">Estimates</a><a href=\"#joints\">Joints</a>\
          <a href=\"#relations\">Relations</a><a href=\"#interactions\">Interactions</a>{}<a href=\"#diagnosis\">Diagnosis</a>\
          <a href=\"#notices\">Notices</a></nav>\n</header>\n",

@@ -3,6 +3,7 @@
 mod body;
 mod cause;
 mod diagnosis;
+mod disagree;
 mod effect;
 mod file;
 mod joint;
@@ -21,6 +22,7 @@ mod truth;
 pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed};
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
+pub use disagree::{Compared, compared};
 pub use effect::{Coupling, Detent, Effect, JointEffects};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, texture_path, write_twin};
 pub use joint::{EffortAt, Joint, JointAlternative, JointEffort, JointKind, Latch};

@@ -7,6 +7,7 @@ from pydrake.all import (
     AddCompliantHydroelasticPropertiesForHalfSpace,
     AddContactMaterial,
     AddMultibodyPlant,
+    AddRigidHydroelasticProperties,
     Box,
     Convex,
     CoulombFriction,
@@ -18,7 +19,7 @@ from pydrake.all import (
     ProximityProperties,
     Quaternion,
     RigidTransform,
-    SceneGraphConfig,
+    RoleAssign,
     Simulator,
     SpatialInertia,
     SpatialVelocity,
@@ -31,6 +32,7 @@ AWAY = [0.0, 0.0, 50.0, 0.0, 0.0, 0.0, 1.0]
 HEAVY = 1e4
 MODULUS = 1e8  # Pa
 DISSIPATION = 5.0  # s/m
+POINT = 1e5  # N/m: a foot sinks by less than it stands out
 
 
 def version():
@@ -48,7 +50,8 @@ class Engine:
             raise RuntimeError("a held thing is not played in Drake")
         self.job, self.trial, self.tool = job, trial, None
         scene, builder = job["scene"], DiagramBuilder()
-        # Patches, not points: of a face on a table Drake's point contact has one point.
+        # Patches, not points: of a face on a table Drake's point contact has one point. What has feet stands on those,
+        # by a point each: the few large triangles of a face give a patch that turns far too easily.
         plant, graph = AddMultibodyPlant(
             MultibodyPlantConfig(
                 time_step=job["step"],
@@ -58,9 +61,6 @@ class Engine:
             ),
             builder,
         )
-        config = SceneGraphConfig()
-        config.default_proximity_properties.compliance_type = "rigid"
-        graph.set_config(config)
         plant.mutable_gravity_field().set_gravity_vector(scene["gravity"])
         self.plant = plant
         turn = HalfSpace.MakePose(np.array(scene["normal"]), np.array(scene["point"]))
@@ -78,6 +78,10 @@ class Engine:
         for (_, tree), root in zip(here, self.roots):
             for part in tree["parts"]:
                 self.names[part["name"]] = plant.GetBodyByName(part["name"], root.model_instance())
+        self.graph = graph
+        for part in parts(job):
+            if part["name"] in self.names:
+                self.solid(part)
         home = self.first_poses(scene)
         for a, b in welds(job, trial):
             between = transform(home[a]).inverse() @ transform(home[b])
@@ -95,6 +99,19 @@ class Engine:
         self.inner = plant.GetMyMutableContextFromRoot(self.context)
         self.time = 0.0
         self.place(scene, trial)
+
+    def solid(self, part):
+        """Rigid where patches form, and on its feet where it has some."""
+        body, source = self.names[part["name"]], self.plant.get_source_id()
+        for geometry in self.plant.GetCollisionGeometriesForBody(body):
+            properties = ProximityProperties(self.graph.model_inspector().GetProximityProperties(geometry))
+            AddRigidHydroelasticProperties(0.01, properties)
+            self.graph.AssignRole(source, geometry, properties, RoleAssign.kReplace)
+        for k, at in enumerate(part["feet"]):
+            properties = ProximityProperties()
+            AddContactMaterial(DISSIPATION, POINT, CoulombFriction(part["friction"], part["friction"]), properties)
+            ball, name = Sphere(self.job["scene"]["foot"]), f"{part['name']}_foot_{k}"
+            self.plant.RegisterCollisionGeometry(body, RigidTransform(at), ball, name, properties)
 
     def first_poses(self, scene):
         out = {}

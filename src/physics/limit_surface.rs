@@ -7,6 +7,7 @@
 //! friction's centre by millimetres: both tell a radius of gyration wrongly if they are left out.
 
 use nalgebra::{Matrix2, Vector2};
+use wide::f64x4;
 
 /// Cells over a footprint, per side: so many points stand for it.
 const CELLS: usize = 7;
@@ -19,10 +20,42 @@ const NEAR: f64 = 1e-4;
 pub struct LimitSurface {
     /// Mean distance of the pressure from its centre: the torsional radius, m.
     radius: f64,
-    /// About the centre of the pressure, axes of the body in the plane, m, with their shares of the load.
-    points: Vec<(Vector2<f64>, f64)>,
+    /// Four by four; what is missing to the last four carries nothing.
+    points: Vec<Points>,
     /// Slope per metre by which the load's centre is moved.
     slope: Matrix2<f64>,
+}
+
+/// Four points about the centre of the pressure, axes of the body in the plane, m, with their shares of the load.
+#[derive(Clone, Copy, Debug)]
+struct Points {
+    x: f64x4,
+    y: f64x4,
+    share: f64x4,
+}
+
+impl Points {
+    fn of(four: &[(Vector2<f64>, f64)]) -> Self {
+        let row = |value: fn(&(Vector2<f64>, f64)) -> f64| {
+            let mut row = [0.0; 4];
+            row.iter_mut().zip(four).for_each(|(to, from)| *to = value(from));
+            f64x4::new(row)
+        };
+        Self {
+            x: row(|(p, _)| p.x),
+            y: row(|(p, _)| p.y),
+            share: row(|(_, share)| *share),
+        }
+    }
+
+    /// Pressure over that of the even body; below nought where it would pull.
+    fn times(&self, slope: &Vector2<f64>) -> f64x4 {
+        self.x * slope.x + self.y * slope.y + 1.0
+    }
+
+    fn pressed(&self, slope: &Vector2<f64>) -> f64x4 {
+        (self.share * self.times(slope)).max(f64x4::ZERO)
+    }
 }
 
 /// How a body slides, axes of the body in the plane.
@@ -58,7 +91,7 @@ impl LimitSurface {
         Some(Self {
             radius,
             slope: moments.try_inverse()?,
-            points,
+            points: points.chunks(4).map(Points::of).collect(),
         })
     }
 
@@ -71,41 +104,58 @@ impl LimitSurface {
     pub fn friction(&self, sliding: &Sliding) -> (Vector2<f64>, f64) {
         let wanted = sliding.centre + sliding.ahead;
         let (slope, reached) = self.sloped_towards(&wanted);
-        let (mut force, mut moment, mut load) = (Vector2::zeros(), 0.0, 0.0);
-        for (p, share) in &self.points {
-            let pressed = share * (1.0 + slope.dot(p));
-            if pressed <= 0.0 {
-                continue;
-            }
-            let arm = (p - reached) * sliding.scale + sliding.ahead;
-            let u = sliding.velocity + sliding.spin * Vector2::new(-arm.y, arm.x);
-            let rub = u * (pressed / (u.norm_squared() + sliding.slow * sliding.slow).sqrt().max(1e-12));
-            force -= rub;
-            moment -= arm.perp(&rub);
+        // From below the centre of mass to a point: `arm = (p - reached) * scale + ahead`.
+        let shift = sliding.ahead - reached * sliding.scale;
+        let slow = sliding.slow * sliding.slow;
+        let (mut fx, mut fy, mut about, mut load) = (f64x4::ZERO, f64x4::ZERO, f64x4::ZERO, f64x4::ZERO);
+        for four in &self.points {
+            let pressed = four.pressed(&slope);
+            let (x, y) = (four.x * sliding.scale + shift.x, four.y * sliding.scale + shift.y);
+            let (u, v) = (-y * sliding.spin + sliding.velocity.x, x * sliding.spin + sliding.velocity.y);
+            let per = pressed / (u * u + v * v + slow).sqrt().max(f64x4::splat(1e-12));
+            let (rub_x, rub_y) = (u * per, v * per);
+            fx -= rub_x;
+            fy -= rub_y;
+            about -= x * rub_y - y * rub_x;
             load += pressed;
         }
-        (force / load.max(1e-12), moment / load.max(1e-12))
+        let load = load.reduce_add().max(1e-12);
+        (
+            Vector2::new(fx.reduce_add(), fy.reduce_add()) / load,
+            about.reduce_add() / load,
+        )
     }
 
     /// The slope of the pressure that brings the load's centre to `wanted`, as far as that can be, and that centre.
     fn sloped_towards(&self, wanted: &Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
-        let mut slope = Vector2::zeros();
-        let mut reached = Vector2::zeros();
-        for _ in 0..STEPS {
+        let mut slope = self.slope * wanted;
+        // Where nothing lifts off, the first step is exact.
+        let lightest = self.points.iter().fold(f64x4::ONE, |least, p| least.min(p.times(&slope)));
+        if lightest.to_array().iter().all(|l| *l >= 0.0) {
+            return (slope, *wanted);
+        }
+        let mut reached = self.centre_under(&slope);
+        for _ in 1..STEPS {
             let missing = wanted - reached;
             if missing.norm() < NEAR {
                 break;
             }
             slope += self.slope * missing;
-            let (mut sum, mut load) = (Vector2::zeros(), 0.0);
-            for (p, share) in &self.points {
-                let pressed = (share * (1.0 + slope.dot(p))).max(0.0);
-                sum += p * pressed;
-                load += pressed;
-            }
-            reached = sum / f64::max(load, 1e-12);
+            reached = self.centre_under(&slope);
         }
         (slope, reached)
+    }
+
+    /// The load's centre where the pressure has a slope.
+    fn centre_under(&self, slope: &Vector2<f64>) -> Vector2<f64> {
+        let (mut x, mut y, mut load) = (f64x4::ZERO, f64x4::ZERO, f64x4::ZERO);
+        for four in &self.points {
+            let pressed = four.pressed(slope);
+            x += four.x * pressed;
+            y += four.y * pressed;
+            load += pressed;
+        }
+        Vector2::new(x.reduce_add(), y.reduce_add()) / load.reduce_add().max(1e-12)
     }
 }
 

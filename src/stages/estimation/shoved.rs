@@ -7,6 +7,7 @@
 //! enough to tell its impulse, the push is followed from rest on; where it is not, from after it, from an unknown motion.
 
 use nalgebra::{DVector, Matrix5, Vector2, Vector5};
+use rayon::prelude::*;
 
 use super::Config;
 use super::accelerate::Accelerated;
@@ -216,7 +217,7 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<(Fit, Vec<Basin>)> {
     let spin = (run.heading[early] - run.heading[0]) / span;
     // Several starts: what is driven hard and what barely moves lie in different basins.
     let starts = [(0.03, 0.9), (0.1, 0.8), (0.3, 0.6)];
-    let fits = starts.iter().filter_map(|(per_newton, share)| {
+    let fits = starts.par_iter().filter_map(|(per_newton, share)| {
         let mut start = DVector::zeros(LAW + 6);
         start[0] = f64::ln(per_newton * typical);
         start[1] = f64::ln(share * typical);

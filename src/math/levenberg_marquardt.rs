@@ -122,6 +122,26 @@ pub fn levenberg_marquardt(
     settings: Settings,
     residuals: impl Fn(&DVector<f64>) -> DVector<f64> + Sync,
 ) -> Option<Fit> {
+    let slopes = |x: &DVector<f64>, rows: usize| jacobian(x, steps, rows, &residuals);
+    minimise(start, settings, &residuals, slopes)
+}
+
+/// The same where the residuals' derivatives are known: `slopes(x)` has a row for each residual.
+pub fn levenberg_marquardt_exact(
+    start: &DVector<f64>,
+    settings: Settings,
+    residuals: impl Fn(&DVector<f64>) -> DVector<f64>,
+    slopes: impl Fn(&DVector<f64>) -> DMatrix<f64>,
+) -> Option<Fit> {
+    minimise(start, settings, &residuals, |x, _| slopes(x))
+}
+
+fn minimise(
+    start: &DVector<f64>,
+    settings: Settings,
+    residuals: &impl Fn(&DVector<f64>) -> DVector<f64>,
+    slopes: impl Fn(&DVector<f64>, usize) -> DMatrix<f64>,
+) -> Option<Fit> {
     let cost_of = |r: &DVector<f64>| r.iter().map(|v| settings.loss.cost(*v)).sum::<f64>();
     let mut x = start.clone();
     let mut r = residuals(&x);
@@ -139,7 +159,7 @@ pub fn levenberg_marquardt(
         wj
     };
     for _ in 0..settings.iterations {
-        let j = jacobian(&x, steps, r.len(), &residuals);
+        let j = slopes(&x, r.len());
         let wj = weighted(&r, &j);
         let normal = j.transpose() * &wj;
         let gradient = wj.transpose() * &r;
@@ -169,7 +189,7 @@ pub fn levenberg_marquardt(
             break;
         }
     }
-    let j = jacobian(&x, steps, r.len(), &residuals);
+    let j = slopes(&x, r.len());
     let covariance = (j.transpose() * weighted(&r, &j)).cholesky()?.inverse();
     Some(Fit {
         x,

@@ -136,7 +136,15 @@ pub(super) fn gather(
         let (mut found, mut notices) = (Facts::default(), Notices::default());
         let shape = shapes.get(link);
         let read = read_one(
-            interaction, cut, link, ground, model, shape, config, &mut notices, &mut found,
+            interaction,
+            cut,
+            link,
+            ground,
+            model,
+            shape,
+            config,
+            &mut notices,
+            &mut found,
         );
         // A motion without a force was never meant to tell of matter.
         if !read && (interaction.force.is_some() || interaction.support_path.is_some()) {

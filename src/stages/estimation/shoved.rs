@@ -122,7 +122,9 @@ fn told_by(
     let (fit, basins) = fit(&run, shape, late)?;
     let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
-    let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
+    // What the solver's own step adds to the misfit is systematic: it counts in full beside the noise.
+    let solver = Following { run: &run, shape, late }.solver_error(&fit.x);
+    let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt().hypot(solver);
     let lets_go = if from_rest { LETS_GO } else { 0.0 };
     let form = config
         .model_form
@@ -209,8 +211,8 @@ struct Following<'a> {
 }
 
 impl Following<'_> {
-    /// What is left over at `x`, in standard deviations: that of the priors, then place and heading at each time.
-    fn residuals<T: Rubbing>(&self, x: &[T]) -> Vec<T> {
+    /// The body at `x`, and how the tracked point moves at the start.
+    fn at<T: Rubbing>(&self, x: &[T]) -> (Shoved<'_, T>, PlaneMotion<T>) {
         let (run, shape) = (self.run, self.shape);
         let off = Vector2::new(x[2], x[3]);
         let body = Shoved {
@@ -231,10 +233,29 @@ impl Following<'_> {
             heading: x[LAW + 4],
             spin: x[LAW + 5],
         };
+        (body, start)
+    }
+
+    /// What halving the step changes, root mean square, in standard deviations of the track.
+    fn solver_error(&self, x: &DVector<f64>) -> f64 {
+        let (body, start) = self.at(x.as_slice());
+        let (place, turn) = self.run.noise;
+        let apart = |a: &PlaneMotion, b: &PlaneMotion| {
+            let moved = (a.position - b.position).norm() / place;
+            moved.hypot((a.heading - b.heading) / turn)
+        };
+        let start = body.centred(&start);
+        body.solver_error(&start, &self.run.shoves, &self.run.time, Shoved::<f64>::STEP, apart)
+    }
+
+    /// What is left over at `x`, in standard deviations: that of the priors, then place and heading at each time.
+    fn residuals<T: Rubbing>(&self, x: &[T]) -> Vec<T> {
+        let (run, shape) = (self.run, self.shape);
+        let (body, start) = self.at(x);
         let path = body.simulate(&body.centred(&start), &run.shoves, run.time[0], &run.time);
         let mut out = vec![
-            off.x * shape.spread.recip(),
-            off.y * shape.spread.recip(),
+            x[2] * shape.spread.recip(),
+            x[3] * shape.spread.recip(),
             x[4] * RADII[0].recip(),
             x[5] * RADII[1].recip(),
             x[6] * self.late.recip(),

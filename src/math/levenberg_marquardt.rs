@@ -1,6 +1,10 @@
 //! Small dense nonlinear least squares with robust losses and covariance.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Entries of a Jacobian from which on its columns are worth a thread each.
+const MANY: usize = 2000;
 
 /// How a residual (in units of its standard deviation) is charged.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,14 +94,22 @@ fn jacobian(
     x: &DVector<f64>,
     steps: &DVector<f64>,
     rows: usize,
-    residuals: &impl Fn(&DVector<f64>) -> DVector<f64>,
+    residuals: &(impl Fn(&DVector<f64>) -> DVector<f64> + Sync),
 ) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(rows, x.len());
-    for j in 0..x.len() {
+    let column = |j: usize| {
         let (mut up, mut down) = (x.clone(), x.clone());
         up[j] += steps[j];
         down[j] -= steps[j];
-        out.set_column(j, &((residuals(&up) - residuals(&down)) / (2.0 * steps[j])));
+        (residuals(&up) - residuals(&down)) / (2.0 * steps[j])
+    };
+    let columns: Vec<DVector<f64>> = if rows * x.len() < MANY {
+        (0..x.len()).map(column).collect()
+    } else {
+        (0..x.len()).into_par_iter().map(column).collect()
+    };
+    let mut out = DMatrix::zeros(rows, x.len());
+    for (j, column) in columns.iter().enumerate() {
+        out.set_column(j, column);
     }
     out
 }
@@ -108,7 +120,27 @@ pub fn levenberg_marquardt(
     start: &DVector<f64>,
     steps: &DVector<f64>,
     settings: Settings,
+    residuals: impl Fn(&DVector<f64>) -> DVector<f64> + Sync,
+) -> Option<Fit> {
+    let slopes = |x: &DVector<f64>, rows: usize| jacobian(x, steps, rows, &residuals);
+    minimise(start, settings, &residuals, slopes)
+}
+
+/// The same where the residuals' derivatives are known: `slopes(x)` has a row for each residual.
+pub fn levenberg_marquardt_exact(
+    start: &DVector<f64>,
+    settings: Settings,
     residuals: impl Fn(&DVector<f64>) -> DVector<f64>,
+    slopes: impl Fn(&DVector<f64>) -> DMatrix<f64>,
+) -> Option<Fit> {
+    minimise(start, settings, &residuals, |x, _| slopes(x))
+}
+
+fn minimise(
+    start: &DVector<f64>,
+    settings: Settings,
+    residuals: &impl Fn(&DVector<f64>) -> DVector<f64>,
+    slopes: impl Fn(&DVector<f64>, usize) -> DMatrix<f64>,
 ) -> Option<Fit> {
     let cost_of = |r: &DVector<f64>| r.iter().map(|v| settings.loss.cost(*v)).sum::<f64>();
     let mut x = start.clone();
@@ -127,7 +159,7 @@ pub fn levenberg_marquardt(
         wj
     };
     for _ in 0..settings.iterations {
-        let j = jacobian(&x, steps, r.len(), &residuals);
+        let j = slopes(&x, r.len());
         let wj = weighted(&r, &j);
         let normal = j.transpose() * &wj;
         let gradient = wj.transpose() * &r;
@@ -157,7 +189,7 @@ pub fn levenberg_marquardt(
             break;
         }
     }
-    let j = jacobian(&x, steps, r.len(), &residuals);
+    let j = slopes(&x, r.len());
     let covariance = (j.transpose() * weighted(&r, &j)).cholesky()?.inverse();
     Some(Fit {
         x,

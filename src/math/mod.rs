@@ -2,6 +2,7 @@
 
 mod correlated;
 mod distribution;
+mod dual;
 mod levenberg_marquardt;
 mod linear;
 mod random_effects;
@@ -14,7 +15,8 @@ pub use correlated::{
     MeanEstimate, autocorrelation, batch_means_sd, block_bootstrap_sd, correlated_mean, effective_samples, ljung_box,
 };
 pub use distribution::{chi_squared_quantile, chi_squared_tail, normal_quantile, t_quantile, t_tail};
-pub use levenberg_marquardt::{Fit, Loss, Settings, levenberg_marquardt};
+pub use dual::{Dual, Real};
+pub use levenberg_marquardt::{Fit, Loss, Settings, levenberg_marquardt, levenberg_marquardt_exact};
 pub use linear::{LinearFit, bayesian_linear, robust_linear, weighted_linear};
 pub use random_effects::{Pooled, random_effects, random_effects_expecting};
 pub use robust::{mad_sd, median, quantile, trimmed_mean};

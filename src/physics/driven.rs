@@ -7,49 +7,79 @@ use nalgebra::Vector2;
 
 use super::Simulator;
 use super::simulator::rows_about;
+use crate::math::Real;
 
-/// What is driven.
+/// What is driven, in numbers that may carry derivatives.
 #[derive(Clone, Copy, Debug)]
-pub struct Driven {
+pub struct Driven<T = f64> {
     /// kg.
-    pub mass: f64,
+    pub mass: T,
     /// Kinetic friction force, N.
-    pub friction: f64,
+    pub friction: T,
+    /// By how much later than the motion the force was read, s.
+    pub late: T,
 }
 
 /// A force in the plane, N, at its time, s; linear between rows, constant beyond.
 type Load = (f64, Vector2<f64>);
 
-impl Simulator for Driven {
+impl<T: Real> Simulator for Driven<T> {
     type Drive = [Load];
     /// Position, m, and velocity, m/s.
-    type State = (Vector2<f64>, Vector2<f64>);
-    type Seen = Vector2<f64>;
+    type State = (Vector2<T>, Vector2<T>);
+    type Seen = Vector2<T>;
 
     const STEP: f64 = 1e-3;
 
     fn advance(&self, (position, velocity): &Self::State, drive: &[Load], t: f64, h: f64) -> Self::State {
-        let load = rows_about(drive, t + 0.5 * h, |row| row.0);
-        let force = load.map_or_else(Vector2::zeros, |(a, b, share)| a.1.lerp(&b.1, share));
-        let next = after(self, velocity, &force, h);
-        (position + 0.5 * h * (velocity + next), next)
+        let t = self.late + (t + 0.5 * h);
+        let force = match rows_about(drive, t.value(), |row| row.0) {
+            None => Vector2::new(T::of(0.0), T::of(0.0)),
+            Some((a, b, share)) => {
+                let span = b.0 - a.0;
+                let inside = span > 0.0 && (0.0..1.0).contains(&share);
+                let share = if inside { (t - a.0) * span.recip() } else { T::of(share) };
+                Vector2::new(share * (b.1.x - a.1.x) + a.1.x, share * (b.1.y - a.1.y) + a.1.y)
+            }
+        };
+        let next = after(self, *velocity, force, h);
+        let moved = Vector2::new(
+            position.x + (velocity.x + next.x) * (0.5 * h),
+            position.y + (velocity.y + next.y) * (0.5 * h),
+        );
+        (moved, next)
     }
 
-    fn seen(&self, state: &Self::State) -> Vector2<f64> {
+    fn seen(&self, state: &Self::State) -> Vector2<T> {
         state.0
     }
 }
 
 /// The velocity a step `h` later: Heun's rule for the direction of friction, near rest the impulse that at most stops it.
-fn after(body: &Driven, before: &Vector2<f64>, force: &Vector2<f64>, h: f64) -> Vector2<f64> {
-    let (gained, lost) = (h / body.mass, body.friction * h / body.mass);
-    let pushed = before + force * gained;
-    let stopped = pushed * (1.0 - lost / pushed.norm().max(1e-300)).max(0.0);
-    let (fast, slow) = (before.norm(), stopped.norm());
-    if fast.min(slow) <= 2.0 * lost {
+fn after<T: Real>(body: &Driven<T>, before: Vector2<T>, force: Vector2<T>, h: f64) -> Vector2<T> {
+    let gained = T::of(h) / body.mass;
+    let lost = body.friction * gained;
+    let pushed = Vector2::new(before.x + force.x * gained, before.y + force.y * gained);
+    let speed = size(pushed);
+    if speed.value() <= lost.value() {
+        return Vector2::new(T::of(0.0), T::of(0.0));
+    }
+    let left = T::of(1.0) - lost / speed;
+    let stopped = Vector2::new(pushed.x * left, pushed.y * left);
+    let (fast, slow) = (size(before), size(stopped));
+    if fast.value().min(slow.value()) <= 2.0 * lost.value() {
         return stopped;
     }
-    pushed - (before / fast + stopped / slow) * (0.5 * lost)
+    let half = lost * 0.5;
+    let (a, b) = (half / fast, half / slow);
+    Vector2::new(
+        pushed.x - before.x * a - stopped.x * b,
+        pushed.y - before.y * a - stopped.y * b,
+    )
+}
+
+fn size<T: Real>(v: Vector2<T>) -> T {
+    (v.x * v.x + v.y * v.y).sqrt()
 }
 
 #[cfg(test)]
@@ -59,6 +89,7 @@ mod tests {
     const BODY: Driven = Driven {
         mass: 0.5,
         friction: 1.0,
+        late: 0.0,
     };
 
     const REST: (Vector2<f64>, Vector2<f64>) = (Vector2::new(0.0, 0.0), Vector2::new(0.0, 0.0));

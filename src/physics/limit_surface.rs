@@ -7,6 +7,9 @@
 //! friction's centre by millimetres: both tell a radius of gyration wrongly if they are left out.
 
 use nalgebra::{Matrix2, Vector2};
+use wide::f64x4;
+
+use super::rubbing::ByWanted;
 
 /// Cells over a footprint, per side: so many points stand for it.
 const CELLS: usize = 7;
@@ -19,27 +22,66 @@ const NEAR: f64 = 1e-4;
 pub struct LimitSurface {
     /// Mean distance of the pressure from its centre: the torsional radius, m.
     radius: f64,
-    /// About the centre of the pressure, axes of the body in the plane, m, with their shares of the load.
-    points: Vec<(Vector2<f64>, f64)>,
+    /// Four by four; what is missing to the last four carries nothing.
+    points: Vec<Points>,
     /// Slope per metre by which the load's centre is moved.
     slope: Matrix2<f64>,
 }
 
+/// Four points about the centre of the pressure, axes of the body in the plane, m, with their shares of the load.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Points {
+    pub x: f64x4,
+    pub y: f64x4,
+    share: f64x4,
+}
+
+impl Points {
+    fn of(four: &[(Vector2<f64>, f64)]) -> Self {
+        let row = |value: fn(&(Vector2<f64>, f64)) -> f64| {
+            let mut row = [0.0; 4];
+            row.iter_mut().zip(four).for_each(|(to, from)| *to = value(from));
+            f64x4::new(row)
+        };
+        Self {
+            x: row(|(p, _)| p.x),
+            y: row(|(p, _)| p.y),
+            share: row(|(_, share)| *share),
+        }
+    }
+
+    /// Pressure over that of the even body; below nought where it would pull.
+    fn times(&self, slope: &Vector2<f64>) -> f64x4 {
+        self.x * slope.x + self.y * slope.y + 1.0
+    }
+
+    pub fn pressed(&self, slope: &Vector2<f64>) -> f64x4 {
+        (self.share * self.times(slope)).max(f64x4::ZERO)
+    }
+
+    /// Shares of the points that bear.
+    pub fn bearing(&self, slope: &Vector2<f64>) -> f64x4 {
+        let times = self.times(slope).to_array();
+        let share = self.share.to_array();
+        f64x4::new([0, 1, 2, 3].map(|k| if times[k] > 0.0 { share[k] } else { 0.0 }))
+    }
+}
+
 /// How a body slides, axes of the body in the plane.
 #[derive(Clone, Copy, Debug)]
-pub struct Sliding {
+pub struct Sliding<T = f64> {
     /// Of the centre of mass, m/s, and about it, rad/s.
-    pub velocity: Vector2<f64>,
+    pub velocity: Vector2<T>,
     /// rad/s.
-    pub spin: f64,
+    pub spin: T,
     /// From the centre of the even body's pressure to the centre of mass, m.
-    pub centre: Vector2<f64>,
+    pub centre: Vector2<T>,
     /// From below the centre of mass to where the load acts, m.
-    pub ahead: Vector2<f64>,
+    pub ahead: Vector2<T>,
     /// Torsional radius over that of the pressure.
-    pub scale: f64,
+    pub scale: T,
     /// Speed below which friction is that of a step of time, which never turns a motion round, m/s.
-    pub slow: f64,
+    pub slow: T,
 }
 
 impl LimitSurface {
@@ -58,7 +100,7 @@ impl LimitSurface {
         Some(Self {
             radius,
             slope: moments.try_inverse()?,
-            points,
+            points: points.chunks(4).map(Points::of).collect(),
         })
     }
 
@@ -67,45 +109,102 @@ impl LimitSurface {
         self.radius
     }
 
+    pub(super) fn points(&self) -> &[Points] {
+        &self.points
+    }
+
     /// Friction on the body over the friction force: a force, and the moment about the centre of mass, m.
     pub fn friction(&self, sliding: &Sliding) -> (Vector2<f64>, f64) {
         let wanted = sliding.centre + sliding.ahead;
         let (slope, reached) = self.sloped_towards(&wanted);
-        let (mut force, mut moment, mut load) = (Vector2::zeros(), 0.0, 0.0);
-        for (p, share) in &self.points {
-            let pressed = share * (1.0 + slope.dot(p));
-            if pressed <= 0.0 {
-                continue;
-            }
-            let arm = (p - reached) * sliding.scale + sliding.ahead;
-            let u = sliding.velocity + sliding.spin * Vector2::new(-arm.y, arm.x);
-            let rub = u * (pressed / (u.norm_squared() + sliding.slow * sliding.slow).sqrt().max(1e-12));
-            force -= rub;
-            moment -= arm.perp(&rub);
+        // From below the centre of mass to a point: `arm = (p - reached) * scale + ahead`.
+        let shift = sliding.ahead - reached * sliding.scale;
+        let slow = sliding.slow * sliding.slow;
+        let (mut fx, mut fy, mut about, mut load) = (f64x4::ZERO, f64x4::ZERO, f64x4::ZERO, f64x4::ZERO);
+        for four in &self.points {
+            let pressed = four.pressed(&slope);
+            let (x, y) = (four.x * sliding.scale + shift.x, four.y * sliding.scale + shift.y);
+            let (u, v) = (
+                -y * sliding.spin + sliding.velocity.x,
+                x * sliding.spin + sliding.velocity.y,
+            );
+            let per = pressed / (u * u + v * v + slow).sqrt().max(f64x4::splat(1e-12));
+            let (rub_x, rub_y) = (u * per, v * per);
+            fx -= rub_x;
+            fy -= rub_y;
+            about -= x * rub_y - y * rub_x;
             load += pressed;
         }
-        (force / load.max(1e-12), moment / load.max(1e-12))
+        let load = load.reduce_add().max(1e-12);
+        (
+            Vector2::new(fx.reduce_add(), fy.reduce_add()) / load,
+            about.reduce_add() / load,
+        )
     }
 
     /// The slope of the pressure that brings the load's centre to `wanted`, as far as that can be, and that centre.
     fn sloped_towards(&self, wanted: &Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
-        let mut slope = Vector2::zeros();
-        let mut reached = Vector2::zeros();
-        for _ in 0..STEPS {
+        let mut slope = self.slope * wanted;
+        // Where nothing lifts off, the first step is exact.
+        let lightest = self
+            .points
+            .iter()
+            .fold(f64x4::ONE, |least, p| least.min(p.times(&slope)));
+        if lightest.to_array().iter().all(|l| *l >= 0.0) {
+            return (slope, *wanted);
+        }
+        let mut reached = self.centre_under(&slope);
+        for _ in 1..STEPS {
             let missing = wanted - reached;
             if missing.norm() < NEAR {
                 break;
             }
             slope += self.slope * missing;
-            let (mut sum, mut load) = (Vector2::zeros(), 0.0);
-            for (p, share) in &self.points {
-                let pressed = (share * (1.0 + slope.dot(p))).max(0.0);
-                sum += p * pressed;
-                load += pressed;
-            }
-            reached = sum / f64::max(load, 1e-12);
+            reached = self.centre_under(&slope);
         }
         (slope, reached)
+    }
+
+    /// The same, with how both go with `wanted`.
+    pub(super) fn sloped_with_slopes(&self, wanted: &Vector2<f64>) -> (Vector2<f64>, Vector2<f64>, ByWanted) {
+        let (slope, reached) = self.sloped_towards(wanted);
+        if reached == *wanted {
+            return (slope, reached, (self.slope, Matrix2::identity()));
+        }
+        let mut at = self.slope * wanted;
+        let mut by = self.slope;
+        for step in 1..=STEPS {
+            let centre = self.centre_under(&at);
+            let (mut second, mut first, mut load) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+            for four in &self.points {
+                let bears = four.bearing(&at);
+                let (x, y) = (four.x * bears, four.y * bears);
+                let xy = (x * four.y).reduce_add();
+                second += Matrix2::new((x * four.x).reduce_add(), xy, xy, (y * four.y).reduce_add());
+                first += Vector2::new(x.reduce_add(), y.reduce_add());
+                load += four.pressed(&at).reduce_add();
+            }
+            let moved = (second - centre * first.transpose()) * by / f64::max(load, 1e-12);
+            let missing = wanted - centre;
+            if step == STEPS || missing.norm() < NEAR {
+                return (at, centre, (by, moved));
+            }
+            at += self.slope * missing;
+            by += self.slope * (Matrix2::identity() - moved);
+        }
+        (slope, reached, (by, Matrix2::zeros()))
+    }
+
+    /// The load's centre where the pressure has a slope.
+    fn centre_under(&self, slope: &Vector2<f64>) -> Vector2<f64> {
+        let (mut x, mut y, mut load) = (f64x4::ZERO, f64x4::ZERO, f64x4::ZERO);
+        for four in &self.points {
+            let pressed = four.pressed(slope);
+            x += four.x * pressed;
+            y += four.y * pressed;
+            load += pressed;
+        }
+        Vector2::new(x.reduce_add(), y.reduce_add()) / load.reduce_add().max(1e-12)
     }
 }
 

@@ -24,13 +24,18 @@ const STEP: f64 = 0.01;
 /// `gap` (m) moves the tool back from the body along its way: the offset between the reconstructed and
 /// the touched surface, which every interaction has anew.
 pub fn predict_push(model: &Model, action: &Action, gap: f64) -> Option<PushPrediction> {
+    predict_in_parts(model, action, gap, 1)
+}
+
+/// The same, each step along the smoothed path in so many equal parts: what that changes is the solver's own error.
+fn predict_in_parts(model: &Model, action: &Action, gap: f64, parts: usize) -> Option<PushPrediction> {
     let body = model.twin.body_of(&action.target)?;
     let normal = action.normal.into_inner();
     let height = action.tool.position.first().map(|p| p.coords.dot(&normal))?;
     let mut linkage = Linkage::new(model, body, &action.start, &normal, height)?;
     let target = linkage.index(&action.target)?;
     let carried = carried(model, action, target, &linkage);
-    let path = smooth_path(action, &linkage);
+    let path = divided(smooth_path(action, &linkage), parts);
     let hand = Hand::new(action, &linkage, target, &path, gap, friction_of(model, action))?;
     let upright = action.tool.hold == Hold::Grip;
     let mut out = PushPrediction::default();
@@ -123,6 +128,20 @@ fn smooth_path(action: &Action, linkage: &Linkage) -> Vec<(f64, Point2<f64>)> {
     path
 }
 
+/// The path with each of its steps in so many equal parts.
+fn divided(path: Vec<(f64, Point2<f64>)>, parts: usize) -> Vec<(f64, Point2<f64>)> {
+    let mut out: Vec<(f64, Point2<f64>)> = path.first().copied().into_iter().collect();
+    for pair in path.windows(2) {
+        let (from, to) = (pair[0], pair[1]);
+        let at = |k: usize| {
+            let share = k as f64 / parts as f64;
+            (from.0 + (to.0 - from.0) * share, from.1 + (to.1 - from.1) * share)
+        };
+        out.extend((1..parts).map(at).chain([to]));
+    }
+    out
+}
+
 /// The tool with what it holds or touches.
 struct Hand {
     target: usize,
@@ -202,6 +221,87 @@ impl Hand {
             tool_velocity,
             friction: f64::INFINITY,
             bilateral: true,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::base::Estimate;
+    use crate::geometry::solids::cuboid;
+    use crate::physics::ToolMotion;
+    use crate::twin::{Body, FORMAT, Link, Twin};
+
+    fn estimate(value: f64, unit: &str) -> Option<Estimate> {
+        Some(Estimate::assumed(value, 0.1 * value, unit, "test"))
+    }
+
+    /// A box that is pushed off the middle by a finger at 30 mm/s: it turns, and the finger slides along its face.
+    fn pushed(tool_friction: f64) -> (Model, Action) {
+        let pose = Pose(nalgebra::Isometry3::translation(0.0, 0.0, 0.04));
+        let mut link = Link::new("box", pose);
+        link.mesh = Some("box.obj".into());
+        link.friction_force.kinetic = estimate(1.5, "N");
+        link.friction.tool = estimate(tool_friction, "1");
+        link.mass = estimate(0.5, "kg");
+        let twin = Twin {
+            format: FORMAT.into(),
+            name: "push".into(),
+            gravity: [0.0, 0.0, -9.81],
+            support: None,
+            bodies: vec![Body {
+                name: "box".into(),
+                links: vec![link],
+                joints: Vec::new(),
+            }],
+            relations: Vec::new(),
+            provenance: Default::default(),
+            effects: Vec::new(),
+            notices: Vec::new(),
+        };
+        let model = Model {
+            twin,
+            meshes: BTreeMap::from([("box.obj".to_owned(), cuboid([0.1, 0.08, 0.08]))]),
+            textures: Default::default(),
+        };
+        let time: Vec<f64> = (0..1000).map(|k| f64::from(k) * 2e-3).collect();
+        let position = |t: &f64| Point3::new(-0.06 + 0.03 * t, 0.015 + 0.01 * t, 0.03);
+        let action = Action {
+            target: "box".into(),
+            tool: ToolMotion {
+                radius: 0.008,
+                hold: Hold::Push,
+                position: time.iter().map(position).collect(),
+                time,
+            },
+            start: BTreeMap::from([("box".to_owned(), pose)]),
+            normal: Vector3::z_axis(),
+            gravity: 9.81,
+        };
+        (model, action)
+    }
+
+    #[test]
+    fn halving_the_step_changes_little() {
+        for tool_friction in [0.15, 0.8] {
+            let (model, action) = pushed(tool_friction);
+            let [coarse, fine] = [1, 2].map(|parts| {
+                let found = predict_in_parts(&model, &action, 0.0, parts).expect("a prediction");
+                *found.prediction.poses["box"].last().expect("a pose")
+            });
+            let moved = (coarse.translation.vector - fine.translation.vector).norm();
+            let turned = (coarse.rotation * fine.rotation.inverse()).angle();
+            let all = coarse.rotation.angle();
+            assert!(all > 0.1, "{all}");
+            assert!(
+                moved < 1e-4 && turned < 4e-3,
+                "{tool_friction}: {moved} m, {turned} rad of {all}"
+            );
         }
     }
 }

@@ -10,15 +10,15 @@ use super::Simulator;
 
 /// Motion in the plane of the support at the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlaneMotion {
+pub struct PlaneMotion<T = f64> {
     /// Centre of mass, m.
-    pub position: Vector2<f64>,
+    pub position: Vector2<T>,
     /// rad.
-    pub heading: f64,
+    pub heading: T,
     /// m/s.
-    pub velocity: Vector2<f64>,
+    pub velocity: Vector2<T>,
     /// rad/s.
-    pub spin: f64,
+    pub spin: T,
 }
 
 /// What slides.

@@ -119,4 +119,17 @@ mod tests {
         let exact = 0.5 * 9.81 * (0.4f64.sin() - 0.25 * 0.4f64.cos());
         assert!((out.slid[1000] / exact - 1.0).abs() < 1e-3);
     }
+
+    #[test]
+    fn halving_the_step_changes_little() {
+        let time: Vec<f64> = (0..=200).map(|i| f64::from(i) * 1e-2).collect();
+        let slope = Slope {
+            along: time.iter().map(|t| 9.81 * (0.3 + 0.1 * t).sin()).collect(),
+            normal: time.iter().map(|t| 9.81 * (0.3 + 0.1 * t).cos()).collect(),
+            time: time.clone(),
+        };
+        let tilted = Tilted { friction: [0.3, 0.28] };
+        let error = tilted.solver_error(&(0.0, 0.0), &slope, &time, Tilted::STEP, |a, b| (a - b).abs());
+        assert!(error < 1e-5, "{error}");
+    }
 }

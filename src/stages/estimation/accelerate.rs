@@ -3,13 +3,15 @@
 //! Output error: the measured force drives a simulated body from an unknown state, and its way is compared with the track;
 //! no acceleration is taken from differences. `F = m a + mu m g`: where `a` varies, both terms show.
 
-use nalgebra::{DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Vector2};
+use rayon::prelude::*;
 
 use super::Config;
+use super::basins::{FIRST, polished};
 use super::evidence::{mean_wrench, tare_of};
 use super::facts::Ground;
 use crate::capture::{Interaction, PhaseKind, Segmented};
-use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt};
+use crate::math::{Dual, Fit, Loss, Real, Settings, effective_samples, levenberg_marquardt_exact};
 use crate::physics::{Driven, Simulator};
 
 /// What one such push tells: mass, kg, and kinetic friction force, N, with standard deviations.
@@ -49,6 +51,23 @@ struct Run {
 }
 
 impl Run {
+    /// What is left over, in standard deviations: place at each time, then the delay.
+    fn residuals<T: Real>(&self, x: &[T]) -> Vec<T> {
+        let body = Driven {
+            mass: x[0].exp(),
+            friction: x[1].exp(),
+            late: x[6],
+        };
+        let state = (Vector2::new(x[2], x[3]), Vector2::new(x[4], x[5]));
+        let path = body.simulate(&state, &self.force, self.time[0], &self.time);
+        let miss = |p: T, seen: f64| (T::of(seen) - p) * self.noise.recip();
+        let misses = path
+            .iter()
+            .zip(&self.position)
+            .map(|(p, seen)| [miss(p.x, seen.x), miss(p.y, seen.y)]);
+        misses.flatten().chain([x[6] * LATE.recip()]).collect()
+    }
+
     /// Whether the force ever leaves what it usually is while the body moves: inertia cannot show otherwise.
     fn is_uneven(&self) -> bool {
         let n = self.time.len();
@@ -72,6 +91,9 @@ impl Run {
         uneven as f64 >= UNEVEN.1 * forces.len() as f64
     }
 }
+
+/// Unknowns: logarithms of mass and friction, position and velocity at the start, delay.
+const UNKNOWN: usize = 7;
 
 /// Mass and friction of a link that was driven alone; nothing where inertia does not show.
 pub(super) fn accelerated(
@@ -152,28 +174,20 @@ fn fit(run: &Run) -> Option<Fit> {
         .collect();
     let typical = crate::math::median(&sizes).filter(|f| *f > 0.0)?;
     let early = (run.position[3] - run.position[0]) / (run.time[3] - run.time[0]).max(1e-6);
-    let residuals = |x: &DVector<f64>| {
-        let body = Driven {
-            mass: x[0].exp(),
-            friction: x[1].exp(),
-        };
-        let state = (Vector2::new(x[2], x[3]), Vector2::new(x[4], x[5]));
-        let late: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
-        let path = body.simulate(&state, &run.force, late[0], &late);
-        let misses = path.iter().zip(&run.position).map(|(p, seen)| (seen - p) / run.noise);
-        let mut out: Vec<f64> = misses.flat_map(|m| [m.x, m.y]).collect();
-        out.push(x[6] / LATE);
-        DVector::from_vec(out)
+    let residuals = |x: &DVector<f64>| DVector::from_vec(run.residuals(x.as_slice()));
+    let slopes = |x: &DVector<f64>| {
+        let numbers: Vec<Dual<UNKNOWN>> = x.iter().enumerate().map(|(k, v)| Dual::variable(*v, k)).collect();
+        let rows = run.residuals(&numbers);
+        DMatrix::from_fn(rows.len(), UNKNOWN, |i, j| rows[i].slopes[j])
     };
-    let steps = DVector::from_vec(vec![1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-4]);
-    let settings = Settings {
+    let settings = |iterations: usize| Settings {
         loss: Loss::Huber(2.5),
-        iterations: 60,
+        iterations,
         tolerance: 1e-7,
     };
     // Several starts: what is driven hard and what barely moves lie in different basins.
     let starts = [(0.03, 0.8), (0.1, 0.6), (0.3, 0.4), (0.1, 0.2)];
-    let fits = starts.iter().filter_map(|(per_newton, share)| {
+    let fits = starts.par_iter().filter_map(|(per_newton, share)| {
         let start = DVector::from_vec(vec![
             (per_newton * typical).ln(),
             (share * typical).ln(),
@@ -183,10 +197,11 @@ fn fit(run: &Run) -> Option<Fit> {
             early.y,
             0.0,
         ]);
-        levenberg_marquardt(&start, &steps, settings, residuals)
+        levenberg_marquardt_exact(&start, settings(FIRST), residuals, slopes)
     });
-    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    best.x.iter().all(|v| v.is_finite()).then_some(best)
+    let again =
+        |from: &Fit, iterations: usize| levenberg_marquardt_exact(&from.x, settings(iterations), residuals, slopes);
+    Some(polished(fits.collect(), again)?.0)
 }
 
 /// Root mean square of the inertial force over the run, N, from the fitted motion.
@@ -194,6 +209,7 @@ fn inertia(run: &Run, fit: &Fit, mass: f64) -> f64 {
     let body = Driven {
         mass,
         friction: fit.x[1].exp(),
+        late: 0.0,
     };
     let state = (Vector2::new(fit.x[2], fit.x[3]), Vector2::new(fit.x[4], fit.x[5]));
     let path = body.simulate(&state, &run.force, run.time[0], &run.time);

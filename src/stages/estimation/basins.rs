@@ -2,6 +2,9 @@
 
 use crate::math::Fit;
 
+/// Iterations after which the best of several starts is chosen, and those of the best after that.
+pub(super) const FIRST: usize = 8;
+const LAST: usize = 40;
 /// Logarithm by which mass or friction of two fits may differ and be one.
 const APART: f64 = 0.05;
 
@@ -18,12 +21,28 @@ pub(super) struct Basin {
 }
 
 /// Whether mass or friction of two fits, whose logarithms come first, differ.
-pub(super) fn apart(a: &Fit, b: &Fit) -> bool {
+fn apart(a: &Fit, b: &Fit) -> bool {
     (0..2).any(|k| (a.x[k] - b.x[k]).abs() > APART)
 }
 
+/// The best of what several starts came to, fitted to the end, and the basins that they are in.
+pub(super) fn polished(mut fits: Vec<Fit>, again: impl Fn(&Fit, usize) -> Option<Fit>) -> Option<(Fit, Vec<Basin>)> {
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = again(fits.first()?, LAST)?;
+    if !best.x.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    // A start that is elsewhere still may only be slow.
+    let others = fits.iter().skip(1).map(|other| match apart(&best, other) {
+        true => again(other, FIRST).unwrap_or_else(|| other.clone()),
+        false => best.clone(),
+    });
+    let all: Vec<Fit> = std::iter::once(best.clone()).chain(others).collect();
+    Some((best, basins_of(&all)))
+}
+
 /// The basins that the fits ended in, the best (the first fit's) first.
-pub(super) fn basins_of(fits: &[Fit]) -> Vec<Basin> {
+fn basins_of(fits: &[Fit]) -> Vec<Basin> {
     let mut found: Vec<(&Fit, usize)> = Vec::new();
     for fit in fits {
         match found.iter_mut().find(|(f, _)| !apart(f, fit)) {

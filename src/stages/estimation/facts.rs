@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use super::Config;
 use super::accelerate::{Accelerated, accelerated};
@@ -52,6 +53,20 @@ impl Facts {
             (false, false, _) => &self.shoved,
             (false, true, true) => &self.accelerated,
         }
+    }
+
+    /// Takes in what another interaction says.
+    fn append(&mut self, other: Self) {
+        self.weighings.extend(other.weighings);
+        self.slides.extend(other.slides);
+        self.coasts.extend(other.coasts);
+        self.accelerated.extend(other.accelerated);
+        self.shoved.extend(other.shoved);
+        self.spins.extend(other.spins);
+        self.basins.extend(other.basins);
+        self.pushes.extend(other.pushes);
+        self.shared.extend(other.shared);
+        self.presses.extend(other.presses);
     }
 
     /// Nothing was found out.
@@ -113,17 +128,24 @@ pub(super) fn gather(
     config: &Config,
     notices: &mut Notices,
 ) -> BTreeMap<String, Facts> {
-    let mut facts: BTreeMap<String, Facts> = BTreeMap::new();
-    for interaction in capture.fitted() {
-        let Some(cut) = segmented.iter().find(|s| s.interaction == interaction.name) else {
-            continue;
-        };
-        let Some(link) = subject(interaction, cut) else {
-            continue;
-        };
-        let entry = facts.entry(link.to_string()).or_default();
+    let fitted: Vec<&Interaction> = capture.fitted().collect();
+    // Each is read by itself; what they say is put together in their own order.
+    let read = fitted.par_iter().filter_map(|interaction| {
+        let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
+        let link = subject(interaction, cut)?;
+        let (mut found, mut notices) = (Facts::default(), Notices::default());
         let shape = shapes.get(link);
-        let read = read_one(interaction, cut, link, ground, model, shape, config, notices, entry);
+        let read = read_one(
+            interaction,
+            cut,
+            link,
+            ground,
+            model,
+            shape,
+            config,
+            &mut notices,
+            &mut found,
+        );
         // A motion without a force was never meant to tell of matter.
         if !read && (interaction.force.is_some() || interaction.support_path.is_some()) {
             notices.note(
@@ -136,6 +158,12 @@ pub(super) fn gather(
                 .to_lowercase(),
             );
         }
+        Some((link, found, notices))
+    });
+    let mut facts: BTreeMap<String, Facts> = BTreeMap::new();
+    for (link, found, doubts) in read.collect::<Vec<_>>() {
+        facts.entry(link.to_string()).or_default().append(found);
+        notices.0.extend(doubts.0);
     }
     facts
 }

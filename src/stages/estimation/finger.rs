@@ -6,6 +6,7 @@
 //! physics room) against the measured motion.
 
 use nalgebra::{DVector, UnitQuaternion};
+use rayon::prelude::*;
 
 use super::action::{action_of, first_rest, rest_pose};
 use super::replay::{replay_push, travel_direction};
@@ -74,9 +75,12 @@ fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &st
     link.friction_force.kinetic.as_ref().filter(|f| f.is_measured())?;
     let small = alone(model, link)?;
     let find = |i: &Interaction| segmented.iter().find(|s| s.interaction == i.name);
-    let trials: Vec<Trial> = capture
+    let pushes: Vec<&Interaction> = capture
         .fitted()
         .filter(|i| i.kind == Kind::Push && i.target.as_deref() == Some(name))
+        .collect();
+    let trials: Vec<Trial> = pushes
+        .into_par_iter()
         .filter_map(|i| trial(capture, i, find(i), &small, name))
         .collect();
     if trials.is_empty() {
@@ -107,7 +111,9 @@ fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &st
     let starts = STARTS.into_iter().chain([tool]);
     let start = starts
         .map(|mu| DVector::from_vec(vec![f64::ln(mu), before.ln()]))
-        .min_by(|a, b| residuals(a).norm().total_cmp(&residuals(b).norm()))?;
+        .map(|at| (residuals(&at).norm(), at))
+        .min_by(|a, b| a.0.total_cmp(&b.0))?
+        .1;
     let fit = levenberg_marquardt(&start, &DVector::from_element(2, 0.06), settings, residuals)?;
     // Where only an absurd radius would do, something else bends the path: nothing is learnt of the finger.
     if (fit.x[1] - prior.mean[1]).abs() > 2.5 * PRIOR_RADIUS {
@@ -216,9 +222,11 @@ fn misfit(small: &Model, name: &str, trials: &[Trial], x: &DVector<f64>, prior: 
     }
     let mut out: Vec<f64> = (0..2).map(|k| (x[k] - prior.mean[k]) / prior.sd[k]).collect();
     out.push((prior.least - x[0]).max(0.0) / LEAST_DOUBT);
-    for trial in trials {
-        out.extend(path_misfit(&model, name, trial));
-    }
+    let paths: Vec<Vec<f64>> = trials
+        .par_iter()
+        .map(|trial| path_misfit(&model, name, trial))
+        .collect();
+    out.extend(paths.into_iter().flatten());
     DVector::from_vec(out)
 }
 

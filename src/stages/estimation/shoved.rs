@@ -6,19 +6,20 @@
 //! scatter of friction from push to push does not reach the mass. Where the blow at first touch is soft, or read often
 //! enough to tell its impulse, the push is followed from rest on; where it is not, from after it, from an unknown motion.
 
-use nalgebra::{DVector, Matrix5, Vector2, Vector5};
+use nalgebra::{DMatrix, DVector, Matrix5, Vector2, Vector5};
+use rayon::prelude::*;
 
 use super::Config;
 use super::accelerate::Accelerated;
-use super::basins::{Basin, apart, basins_of};
+use super::basins::{Basin, FIRST, polished};
 use super::coast::Shape;
 use super::face::Face;
 use super::facts::Ground;
 use super::shoved_run::{Run, run_of};
 use super::spin::Spun;
 use crate::capture::{Interaction, Segmented};
-use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median, quantile};
-use crate::physics::{PlaneMotion, Shoved, Simulator};
+use crate::math::{Dual, Fit, Loss, Settings, effective_samples, levenberg_marquardt_exact, median, quantile};
+use crate::physics::{PlaneMotion, Rubbing, Shoved, Simulator};
 
 /// Log standard deviations of the torsional radius and of the radius of gyration about those of the shape.
 const RADII: [f64; 2] = [0.3, 0.2];
@@ -33,8 +34,6 @@ const FORM: f64 = 0.01;
 const BORNE: f64 = 3.0;
 /// Relative doubt of a push that begins at rest: how its points let go one after another, and how the load tips, are in no law here.
 const LETS_GO: f64 = 0.03;
-/// Iterations after which the best of several starts is chosen.
-const FIRST: usize = 8;
 /// Unknowns of the law; the motion at the start comes on top.
 const LAW: usize = 7;
 
@@ -123,7 +122,9 @@ fn told_by(
     let (fit, basins) = fit(&run, shape, late)?;
     let memory = run.time.len() as f64 * 3.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - (LAW + 6) as f64).max(1.0);
-    let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt();
+    // What the solver's own step adds to the misfit is systematic: it counts in full beside the noise.
+    let solver = Following { run: &run, shape, late }.solver_error(&fit.x);
+    let wide = (misfit.max(1.0) * memory.clamp(1.0, 8.0)).sqrt().hypot(solver);
     let lets_go = if from_rest { LETS_GO } else { 0.0 };
     let form = config
         .model_form
@@ -168,43 +169,9 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<(Fit, Vec<Basin>)> {
     let sizes: Vec<f64> = run.shoves.iter().map(|s| s.force.norm()).collect();
     let strong = quantile(&sizes, 0.95)?;
     let typical = median(&sizes.into_iter().filter(|f| *f > 0.1 * strong).collect::<Vec<_>>()).filter(|f| *f > 0.0)?;
-    let residuals = |x: &DVector<f64>| {
-        let off = Vector2::new(x[2], x[3]);
-        let body = Shoved {
-            mass: x[0].exp(),
-            friction: x[1].exp(),
-            torsional_radius: shape.torsional_radius * x[4].exp(),
-            gyration_radius: shape.gyration_radius * x[5].exp(),
-            centre: run.centre + off,
-            height: shape.height,
-            gravity: run.gravity,
-            surface: shape.surface.as_deref().map(|s| (s, run.aligned)),
-            off,
-        };
-        let start = PlaneMotion {
-            position: Vector2::new(x[LAW], x[LAW + 1]),
-            velocity: Vector2::new(x[LAW + 2], x[LAW + 3]),
-            heading: x[LAW + 4],
-            spin: x[LAW + 5],
-        };
-        let times: Vec<f64> = run.time.iter().map(|t| t + x[6]).collect();
-        let path = body.simulate(&body.centred(&start), &run.shoves, times[0], &times);
-        let mut out = vec![
-            off.x / shape.spread,
-            off.y / shape.spread,
-            x[4] / RADII[0],
-            x[5] / RADII[1],
-            x[6] / late,
-        ];
-        for (i, seen) in path.iter().enumerate() {
-            let miss = (run.position[i] - seen.position) / run.noise.0;
-            out.extend([miss.x, miss.y, (run.heading[i] - seen.heading) / run.noise.1]);
-        }
-        DVector::from_vec(out)
-    };
-    let steps = DVector::from_vec(vec![
-        1e-4, 1e-4, 1e-5, 1e-5, 1e-3, 1e-3, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5, 1e-4,
-    ]);
+    let following = Following { run, shape, late };
+    let residuals = |x: &DVector<f64>| DVector::from_vec(following.residuals(x.as_slice()));
+    let slopes = |x: &DVector<f64>| following.slopes(x);
     let settings = |iterations: usize| Settings {
         loss: Loss::Huber(2.5),
         iterations,
@@ -216,7 +183,7 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<(Fit, Vec<Basin>)> {
     let spin = (run.heading[early] - run.heading[0]) / span;
     // Several starts: what is driven hard and what barely moves lie in different basins.
     let starts = [(0.03, 0.9), (0.1, 0.8), (0.3, 0.6)];
-    let fits = starts.iter().filter_map(|(per_newton, share)| {
+    let fits = starts.par_iter().filter_map(|(per_newton, share)| {
         let mut start = DVector::zeros(LAW + 6);
         start[0] = f64::ln(per_newton * typical);
         start[1] = f64::ln(share * typical);
@@ -229,24 +196,85 @@ fn fit(run: &Run, shape: &Shape, late: f64) -> Option<(Fit, Vec<Basin>)> {
             spin,
         ];
         start.rows_mut(LAW, 6).copy_from_slice(&motion);
-        levenberg_marquardt(&start, &steps, settings(FIRST), residuals)
+        levenberg_marquardt_exact(&start, settings(FIRST), residuals, slopes)
     });
-    let again = |from: &Fit, iterations: usize| levenberg_marquardt(&from.x, &steps, settings(iterations), residuals);
+    let again =
+        |from: &Fit, iterations: usize| levenberg_marquardt_exact(&from.x, settings(iterations), residuals, slopes);
     polished(fits.collect(), again)
 }
 
-/// The best of what several starts came to, fitted to the end, and the basins that they are in.
-fn polished(mut fits: Vec<Fit>, again: impl Fn(&Fit, usize) -> Option<Fit>) -> Option<(Fit, Vec<Basin>)> {
-    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let best = again(fits.first()?, 40)?;
-    if !best.x.iter().all(|v| v.is_finite()) {
-        return None;
+/// A push as it is compared with the law.
+struct Following<'a> {
+    run: &'a Run,
+    shape: &'a Shape,
+    late: f64,
+}
+
+impl Following<'_> {
+    /// The body at `x`, and how the tracked point moves at the start.
+    fn at<T: Rubbing>(&self, x: &[T]) -> (Shoved<'_, T>, PlaneMotion<T>) {
+        let (run, shape) = (self.run, self.shape);
+        let off = Vector2::new(x[2], x[3]);
+        let body = Shoved {
+            mass: x[0].exp(),
+            friction: x[1].exp(),
+            torsional_radius: x[4].exp() * shape.torsional_radius,
+            gyration_radius: x[5].exp() * shape.gyration_radius,
+            centre: Vector2::new(off.x + run.centre.x, off.y + run.centre.y),
+            height: shape.height,
+            gravity: run.gravity,
+            surface: shape.surface.as_deref().map(|s| (s, run.aligned)),
+            off,
+            late: x[6],
+        };
+        let start = PlaneMotion {
+            position: Vector2::new(x[LAW], x[LAW + 1]),
+            velocity: Vector2::new(x[LAW + 2], x[LAW + 3]),
+            heading: x[LAW + 4],
+            spin: x[LAW + 5],
+        };
+        (body, start)
     }
-    // A start that is elsewhere still may only be slow.
-    let others = fits.iter().skip(1).map(|other| match apart(&best, other) {
-        true => again(other, FIRST).unwrap_or_else(|| other.clone()),
-        false => best.clone(),
-    });
-    let all: Vec<Fit> = std::iter::once(best.clone()).chain(others).collect();
-    Some((best, basins_of(&all)))
+
+    /// What halving the step changes, root mean square, in standard deviations of the track.
+    fn solver_error(&self, x: &DVector<f64>) -> f64 {
+        let (body, start) = self.at(x.as_slice());
+        let (place, turn) = self.run.noise;
+        let apart = |a: &PlaneMotion, b: &PlaneMotion| {
+            let moved = (a.position - b.position).norm() / place;
+            moved.hypot((a.heading - b.heading) / turn)
+        };
+        let start = body.centred(&start);
+        body.solver_error(&start, &self.run.shoves, &self.run.time, Shoved::<f64>::STEP, apart)
+    }
+
+    /// What is left over at `x`, in standard deviations: that of the priors, then place and heading at each time.
+    fn residuals<T: Rubbing>(&self, x: &[T]) -> Vec<T> {
+        let (run, shape) = (self.run, self.shape);
+        let (body, start) = self.at(x);
+        let path = body.simulate(&body.centred(&start), &run.shoves, run.time[0], &run.time);
+        let mut out = vec![
+            x[2] * shape.spread.recip(),
+            x[3] * shape.spread.recip(),
+            x[4] * RADII[0].recip(),
+            x[5] * RADII[1].recip(),
+            x[6] * self.late.recip(),
+        ];
+        for (i, seen) in path.iter().enumerate() {
+            let miss = |measured: f64, seen: T, noise: f64| (T::of(measured) - seen) * noise.recip();
+            out.extend([
+                miss(run.position[i].x, seen.position.x, run.noise.0),
+                miss(run.position[i].y, seen.position.y, run.noise.0),
+                miss(run.heading[i], seen.heading, run.noise.1),
+            ]);
+        }
+        out
+    }
+
+    /// Their derivatives.
+    fn slopes(&self, x: &DVector<f64>) -> DMatrix<f64> {
+        let numbers: Vec<Dual<{ LAW + 6 }>> = x.iter().enumerate().map(|(k, v)| Dual::variable(*v, k)).collect();
+        let rows = self.residuals(&numbers);
+        DMatrix::from_fn(rows.len(), x.len(), |i, j| rows[i].slopes[j])
+    }
 }

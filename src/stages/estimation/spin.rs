@@ -273,12 +273,22 @@ fn inertia(fit: &Fit, mass: &Estimate, spins: &[Spun], normal: &Vector3<f64>, to
     let form = |k: usize| if spins.is_empty() { 0.0 } else { 2.0 * FORM * value[k] };
     let sd: [f64; 6] = std::array::from_fn(|k| spread[(k, k)].max(0.0).sqrt().hypot(form(k)));
     let open = DENSITY[0].hypot(DENSITY[1] / 2.0_f64.sqrt());
+    // Matter has no moment of inertia below nought: those intervals are of logarithms, as their unknowns are.
+    let ends: [[f64; 2]; 6] = std::array::from_fn(|k| {
+        if k < 3 {
+            let factor = (1.96 * sd[k] / value[k]).exp();
+            [value[k] / factor, value[k] * factor]
+        } else {
+            [value[k] - 1.96 * sd[k], value[k] + 1.96 * sd[k]]
+        }
+    });
     if told && spread[(6, 6)].max(0.0).sqrt().hypot(FORM) < TOLD * open {
         let method = "push-spin about the support's normal; the other axes from the shape";
-        return Estimate::measured(value, sd, "kg·m²", joined(&mass.from, spins), method);
+        return Estimate::measured(value, sd, "kg·m²", joined(&mass.from, spins), method).with_interval(ends);
     }
     Estimate {
         from: mass.from.clone(),
         ..Estimate::assumed(value, sd, "kg·m²", "shape-uniform-density")
     }
+    .with_interval(ends)
 }

@@ -268,6 +268,7 @@ mod tests {
             direction: Vector3::x(),
             bridged: false,
             chatter: 0.0,
+            tare_sd: 0.0,
             breakaway: Some(Breakaway {
                 peak: (peak, 0.01),
                 rise,

@@ -75,6 +75,7 @@ mod tests {
             direction: Vector3::x(),
             bridged: false,
             chatter: 0.0,
+            tare_sd: 0.0,
             breakaway: None,
         }
     }

@@ -6,7 +6,7 @@ use super::Config;
 use super::evidence::{MeanWrench, MotionState, bridge_snapshots, mean_wrench, motion_at, tare_of, tool_at};
 use super::face::Face;
 use super::facts::Ground;
-use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
+use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented, WrenchStream};
 
 /// Wrench and motion of the pushed link averaged over a block of time, in the plane of the support.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +44,8 @@ pub(super) struct Push {
     pub bridged: bool,
     /// Standard deviation of the jerking relative to the force.
     pub chatter: f64,
+    /// Standard deviation of the force that all of the push shares, N: of what the sensor reads without contact.
+    pub tare_sd: f64,
     /// The largest force as it broke away, where it stuck first.
     pub breakaway: Option<Breakaway>,
 }
@@ -167,8 +169,19 @@ pub(super) fn read_push_on(
         blocks,
         bridged,
         chatter,
+        tare_sd: tare_sd(stream, segmented),
         breakaway: breakaway(interaction, segmented, plane, track),
     })
+}
+
+/// Doubt of the mean of what the sensor read before contact, N.
+fn tare_sd(stream: &WrenchStream, segmented: &Segmented) -> f64 {
+    let touched = segmented
+        .phases
+        .iter()
+        .find(|p| !matches!(p.kind, PhaseKind::Rest | PhaseKind::Approach));
+    let before = touched.map_or(0, |p| stream.time.partition_point(|t| *t < p.start));
+    segmented.force_noise.unwrap_or(0.0) / (before.max(1) as f64).sqrt()
 }
 
 /// Wrench about the link's origin and motion, in the plane of the support.

@@ -6,7 +6,7 @@ use super::coast::Shape;
 use super::facts::{Facts, Ground};
 use super::lift::centre_of_mass;
 use super::pool::{pooled, relative_sd};
-use super::press::{Stiffer, stiffer_than_felt};
+use super::press::{Press, Stiffer, stiffer_than_felt};
 use super::resolve::Before;
 use super::spin::write_inertia;
 use crate::base::Estimate;
@@ -17,15 +17,18 @@ const SCATTER: f64 = 0.015;
 
 /// Stiffness and damping from the presses of a link.
 pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
-    let from: Vec<String> = facts.presses.iter().map(|p| p.interaction.clone()).collect();
-    let tracked = facts.presses.iter().any(|p| p.share.is_some());
+    // A press that took dry friction for stiffness and damping is overruled by those that told them apart.
+    let dry = facts.presses.iter().any(|p| p.dry);
+    let presses: Vec<Press> = facts.presses.iter().filter(|p| p.dry || !dry).cloned().collect();
+    let from: Vec<String> = presses.iter().map(|p| p.interaction.clone()).collect();
+    let tracked = presses.iter().any(|p| p.share.is_some());
     let method = if tracked {
         "press, frame tracked"
     } else {
         "press, tool travel"
     };
-    let tip = stiffer_than_felt(&facts.presses);
-    let felt: Vec<(f64, f64)> = facts.presses.iter().map(|p| p.seen).collect();
+    let tip = stiffer_than_felt(&presses);
+    let felt: Vec<(f64, f64)> = presses.iter().map(|p| p.seen).collect();
     link.stiffness = pooled(&felt, SCATTER, 0.0, "N/m", from.clone(), method).map(|e| stiffer(e, &tip, 1));
     if let Some(all) = &link.stiffness {
         let without = |k: usize| {
@@ -44,12 +47,12 @@ pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
         link.ledger.extend(entries.collect::<Vec<_>>());
     }
     // A body with damper behind an elastic tip moves by the share r of the travel, and its force is felt r times: r².
-    link.damping = damping_of(facts, from, method).map(|e| stiffer(e, &tip, 2));
+    link.damping = damping_of(&presses, from, method).map(|e| stiffer(e, &tip, 2));
 }
 
 /// Damping as the tool feels it, where it stands out.
-fn damping_of(facts: &Facts, from: Vec<String>, method: &str) -> Option<Estimate> {
-    let told = facts.presses.iter().filter_map(|p| Some((p.damping?, p.lagging)));
+fn damping_of(presses: &[Press], from: Vec<String>, method: &str) -> Option<Estimate> {
+    let told = presses.iter().filter_map(|p| Some((p.damping?, p.lagging)));
     let (trials, shared): (Vec<_>, Vec<f64>) = told
         .map(|((value, sd), share)| ((value, sd * (1.0 - share).sqrt()), sd * share.sqrt()))
         .unzip();

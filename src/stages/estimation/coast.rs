@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::{DVector, Point3, Rotation2, Vector2, Vector3};
 
-use super::evidence::tare_of;
+use super::evidence::{tare_of, tool_at};
 use super::facts::Ground;
 use crate::capture::{Interaction, PoseStream, Segmented};
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median};
@@ -44,6 +44,8 @@ const CLEAR: f64 = 8.0;
 const RATIO: f64 = 0.3;
 /// Relative doubt beyond which a coasting says nothing.
 const WORTH: f64 = 0.25;
+/// Share of the body's way that the tool may still go after it has let go.
+const FOLLOWS: f64 = 0.7;
 /// Time at rest afterwards that is compared as well, s.
 const REST: f64 = 0.15;
 
@@ -67,6 +69,9 @@ pub(super) fn coast_of(
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let released = release(interaction, segmented)?;
     let run = run_of(track, segmented, ground, &shape.centre, released)?;
+    if follows(interaction, ground, &run) {
+        return None;
+    }
     let g = -ground.gravity.dot(&ground.plane.normal);
     let fit = fit(&run, shape, g)?;
     let memory = run.time.len() as f64 / effective_samples(fit.residuals.as_slice()).max(1.0);
@@ -90,6 +95,30 @@ fn release(interaction: &Interaction, segmented: &Segmented) -> Option<f64> {
     let noise = segmented.force_noise.unwrap_or(0.02);
     let last = smooth.iter().rposition(|f| *f > (GONE * largest).max(4.0 * noise))?;
     stream.time.get(last + width).copied()
+}
+
+/// Whether the tool went along with the body after the force was gone: what drags so little that it drowns in the noise
+/// of the sensor is pushed on without being felt.
+fn follows(interaction: &Interaction, ground: &Ground, run: &Run) -> bool {
+    let ends = || {
+        Some((
+            *run.position.first()?,
+            *run.position.last()?,
+            *run.time.first()?,
+            *run.time.last()?,
+        ))
+    };
+    let moved = || {
+        let (from, to, start, end) = ends()?;
+        let path = interaction.tool_path.as_ref()?;
+        let tool = |t: f64| tool_at(path, t).map(|p| ground.plane.flat(&p.coords));
+        let (way, home) = (to - from, tool(start)?);
+        // Its farthest: it may draw back before the end.
+        let steps = (0..=20).filter_map(|k| tool(start + (end - start) * f64::from(k) / 20.0));
+        let along = steps.map(|p| (p - home).dot(&way) / way.norm_squared().max(1e-12));
+        Some(along.fold(0.0, f64::max))
+    };
+    moved().is_some_and(|share| share > FOLLOWS)
 }
 
 /// The track from release to a little after it stands; `None` where it went no clear way.

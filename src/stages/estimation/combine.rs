@@ -53,7 +53,7 @@ fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
         .trials
         .iter()
         .filter(|(name, _)| !whole(name))
-        .filter_map(|(name, (f, sd))| Word::pushed(name, (f / g, sd / g)));
+        .filter_map(|(name, (f, sd))| Word::pushed_about(name, (f / g, sd / g), sliding.kinetic.value / g));
     let both = driven
         .iter()
         .flat_map(|a| Word::driven(&a.interaction, a.mass, (a.friction.0 / g, a.friction.1 / g), a.shared));
@@ -86,7 +86,7 @@ fn write(target: &mut Option<Estimate>, found: &Together, k: usize, moved: &[Mov
     let (value, sd) = (found.x[k].exp(), found.covariance[(k, k)].sqrt());
     // Closed form and joint fit are two ways to one number: far apart, neither is to be trusted beyond the other.
     let apart = (value / old.value).ln().abs();
-    let sd = sd.hypot((apart - 2.0 * sd.hypot(relative_sd(old))).max(0.0));
+    let sd = sd.hypot((apart - 2.0 * sd.hypot(relative_sd(old))).max(0.5 * apart));
     let mut rests: Vec<&Moved> = moved.iter().filter(|m| m.doubt[k] > RESTS).collect();
     rests.sort_by(|a, b| b.doubt[k].total_cmp(&a.doubt[k]));
     let mut from: Vec<String> = rests.iter().map(|m| m.interaction.clone()).collect();

@@ -1,9 +1,9 @@
 //! Weighing: what the tool carries while the body hangs free.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
 use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
-use crate::capture::{Interaction, PhaseKind, Segmented};
+use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
 use crate::math::{bayesian_linear, correlated_mean, local_quadratic, mean_rotation};
 
 /// One weighing.
@@ -94,7 +94,14 @@ pub(super) fn weigh(
         mass: mean.mean,
         sd,
         along: risen(interaction, target, &up, &stretch),
-        moments: moments(interaction, target, gravity, &stretch, &tare, mean.mean),
+        moments: moments(
+            interaction,
+            target,
+            &(mean.mean * gravity),
+            &stretch,
+            &tare,
+            segmented.force_noise.unwrap_or(0.0),
+        ),
     })
 }
 
@@ -125,48 +132,84 @@ fn risen(interaction: &Interaction, target: &str, up: &Vector3<f64>, stretch: &A
 
 /// Turn while it hangs, rad, below which it counts as not turning.
 const STEADY: f64 = 0.02;
+/// Spin, rad/s, up to which a block counts as still, and the part of the weight by which the force may differ from it.
+const STILL: (f64, f64) = (0.1, 0.02);
+/// Half a block, s.
+const HALF: f64 = 0.05;
+/// Doubt of all of a lift's moments, as the arm at which the weight would make it, m: the tool and the frame of the body are
+/// not known better to each other.
+const ARM: f64 = 2e-4;
+/// How much less a block counts in which the body moved, where there is no other.
+const MOVING: f64 = 10.0;
 
-/// Torque balance about the tool's origin, `T = m g × (com - tool)`, over blocks of 0.2 s: three equations
-/// each for the centre of mass in the link frame.
+/// One stretch aloft: torque with its count of readings, the tool, and where the body is.
+struct Hanging {
+    torque: (Vector3<f64>, usize),
+    tool: Point3<f64>,
+    pose: Isometry3<f64>,
+    /// It neither turns nor is sped up: the weight makes all of the moment.
+    still: bool,
+}
+
+/// The body at one time; `None` where something was not read.
+fn hanging(
+    interaction: &Interaction,
+    track: &PoseStream,
+    tare: &Tare,
+    weight: &Vector3<f64>,
+    noise: f64,
+    t: f64,
+) -> Option<Hanging> {
+    let wrench = mean_wrench(interaction.force.as_ref()?, t - HALF, t + HALF, tare)?;
+    let spin = |at: f64| motion_at(track, at, HALF).map_or(f64::INFINITY, |m| m.spin.norm());
+    let fastest = spin(t).max(spin(t - HALF)).max(spin(t + HALF));
+    let apart = (wrench.force + weight).norm() - 3.0 * noise / (wrench.rows as f64).sqrt();
+    Some(Hanging {
+        torque: (wrench.torque?, wrench.rows),
+        tool: tool_at(interaction.tool_path.as_ref()?, t)?,
+        pose: motion_at(track, t, HALF)?.pose,
+        still: fastest < STILL.0 && apart < STILL.1 * weight.norm(),
+    })
+}
+
+/// Torque balance about the tool's origin, `T = m g × (com - tool)`, over blocks of 0.1 s in which the body hangs still: three
+/// equations each for the centre of mass in the link frame. What moves needs torque for that too.
 fn moments(
     interaction: &Interaction,
     target: &str,
-    gravity: &Vector3<f64>,
+    weight: &Vector3<f64>,
     stretch: &Aloft,
     tare: &Tare,
-    mass: f64,
+    force_noise: f64,
 ) -> Vec<(Vector3<f64>, f64)> {
-    let (Some(stream), Some(tool), Some(track)) = (
-        &interaction.force,
-        &interaction.tool_path,
-        interaction.tracks.get(target),
-    ) else {
-        return Vec::new();
-    };
-    let Some(torques) = &stream.torque else {
+    let torques = interaction.force.as_ref().and_then(|f| f.torque.as_ref());
+    let (Some(torques), Some(track)) = (torques, interaction.tracks.get(target)) else {
         return Vec::new();
     };
     let noise = torque_noise(torques).max(1e-6);
-    let mut blocks = Vec::new();
-    let mut t = stretch.start + 0.1;
-    while t + 0.1 <= stretch.end {
-        let wrench = mean_wrench(stream, t - 0.1, t + 0.1, tare);
-        let torque = wrench.and_then(|w| Some((w.torque?, w.rows)));
-        if let (Some(torque), Some(p), Some(state)) = (torque, tool_at(tool, t), motion_at(track, t, 0.1)) {
-            blocks.push((torque, p, state.pose));
-        }
-        t += 0.2;
-    }
+    let count = ((stretch.end - stretch.start) / (2.0 * HALF)) as usize;
+    let times = (0..count).map(|k| stretch.start + (2 * k + 1) as f64 * HALF);
+    let mut blocks: Vec<Hanging> = times
+        .filter_map(|t| hanging(interaction, track, tare, weight, force_noise, t))
+        .collect();
+    let trust = if blocks.iter().any(|b| b.still) {
+        blocks.retain(|b| b.still);
+        1.0
+    } else {
+        MOVING
+    };
     // Where it does not turn, one turn serves all blocks: turns that differ by noise alone would seem to show how high the
     // centre of mass lies.
-    let turns: Vec<UnitQuaternion<f64>> = blocks.iter().map(|b| b.2.rotation).collect();
+    let turns: Vec<UnitQuaternion<f64>> = blocks.iter().map(|b| b.pose.rotation).collect();
     let mean = mean_rotation(&turns).filter(|mean| turns.iter().all(|q| q.angle_to(mean) < STEADY));
+    let shared = ARM * weight.norm() * (blocks.len() as f64).sqrt();
     let mut rows = Vec::new();
-    for ((torque, count), p, pose) in blocks {
-        let sd = noise / (count as f64).sqrt() + 2e-4 * mass * gravity.norm() * 0.1;
-        let cross: Matrix3<f64> = (mass * gravity).cross_matrix();
-        let a = cross * mean.unwrap_or(pose.rotation).to_rotation_matrix().into_inner();
-        let b = torque - cross * (pose.translation.vector - p.coords);
+    for block in blocks {
+        let (torque, count) = block.torque;
+        let sd = trust * shared.hypot(noise / (count as f64).sqrt());
+        let cross: Matrix3<f64> = weight.cross_matrix();
+        let a = cross * mean.unwrap_or(block.pose.rotation).to_rotation_matrix().into_inner();
+        let b = torque - cross * (block.pose.translation.vector - block.tool.coords);
         rows.extend((0..3).map(|k| (a.row(k).transpose() / sd, b[k] / sd)));
     }
     rows
@@ -192,10 +235,6 @@ pub(super) fn centre_of_mass(
     let degrees = (moments.len() as f64 - 2.0).max(1.0);
     let excess = (fit.residuals.norm_squared() / degrees).max(1.0).sqrt();
     // The pose of the link frame itself is known to a fraction of a millimetre only.
-    let component = |i: usize| {
-        (fit.sd(i).powi(2) * excess.powi(2) + 2e-4_f64.powi(2))
-            .sqrt()
-            .min(prior_sd[i].max(2e-4))
-    };
+    let component = |i: usize| (fit.sd(i) * excess).max(ARM).min(prior_sd[i].max(ARM));
     Some(([0, 1, 2].map(|i| fit.x[i]), [0, 1, 2].map(component)))
 }

@@ -28,6 +28,7 @@ mod joint_matter;
 mod lift;
 mod materials;
 mod next_touch;
+mod one_speed;
 mod parting;
 mod pool;
 mod press;

@@ -27,6 +27,8 @@ pub(super) struct Press {
     pub damping: Option<(f64, f64)>,
     /// Share of the variance of that which all presses share.
     pub lagging: f64,
+    /// Dry friction makes a loop that is as wide at any speed.
+    pub dry: bool,
     /// What it does beyond a linear spring with damping, in words.
     pub beyond: Option<String>,
     /// Share of the tool's travel by which the body's frame moved, where it moved.
@@ -130,7 +132,13 @@ fn described(found: Squeezed) -> Option<String> {
     let relaxing = found.relaxing.map(|((s, s_sd), (tau, tau_sd))| {
         format!("a share of {s:.3} ± {s_sd:.3} of its stiffness relaxes with tau = {tau:.3} ± {tau_sd:.3} s")
     });
-    let words: Vec<String> = [hardening, relaxing].into_iter().flatten().collect();
+    let dry = found.dry.map(|(a, sd)| {
+        format!(
+            "its loop is as wide at any speed, {a:.2} ± {sd:.2} N more on the way in and less on the way out: dry friction \
+             within it, no damping"
+        )
+    });
+    let words: Vec<String> = [hardening, relaxing, dry].into_iter().flatten().collect();
     (!words.is_empty()).then(|| words.join("; "))
 }
 
@@ -187,6 +195,7 @@ pub(super) fn press_of(
             None => clear.then(|| (fit.x[2], damping_sd)),
         },
         lagging: simulated.map_or(1.0, |s| s.lagging),
+        dry: simulated.is_some_and(|s| s.dry.is_some()),
         beyond: simulated.and_then(described),
         share: moved,
     })

@@ -6,7 +6,7 @@ use super::Config;
 use super::evidence::{MeanWrench, MotionState, bridge_snapshots, mean_wrench, motion_at, tare_of, tool_at};
 use super::face::Face;
 use super::facts::Ground;
-use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
+use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented, WrenchStream};
 
 /// Wrench and motion of the pushed link averaged over a block of time, in the plane of the support.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +44,8 @@ pub(super) struct Push {
     pub bridged: bool,
     /// Standard deviation of the jerking relative to the force.
     pub chatter: f64,
+    /// Standard deviation of the force that all of the push shares, N: of what the sensor reads without contact.
+    pub tare_sd: f64,
     /// The largest force as it broke away, where it stuck first.
     pub breakaway: Option<Breakaway>,
 }
@@ -53,7 +55,7 @@ pub(super) struct Push {
 pub(super) struct Breakaway {
     /// Largest force and its standard deviation, N.
     pub peak: (f64, f64),
-    /// How fast the force rose, N/s, and the tool went, m/s.
+    /// How fast the force rose, N/s, infinite where it was up within a few readings, and the tool went, m/s.
     pub rise: f64,
     pub speed: f64,
 }
@@ -167,8 +169,19 @@ pub(super) fn read_push_on(
         blocks,
         bridged,
         chatter,
+        tare_sd: tare_sd(stream, segmented),
         breakaway: breakaway(interaction, segmented, plane, track),
     })
+}
+
+/// Doubt of the mean of what the sensor read before contact, N.
+fn tare_sd(stream: &WrenchStream, segmented: &Segmented) -> f64 {
+    let touched = segmented
+        .phases
+        .iter()
+        .find(|p| !matches!(p.kind, PhaseKind::Rest | PhaseKind::Approach));
+    let before = touched.map_or(0, |p| stream.time.partition_point(|t| *t < p.start));
+    segmented.force_noise.unwrap_or(0.0) / (before.max(1) as f64).sqrt()
 }
 
 /// Wrench about the link's origin and motion, in the plane of the support.
@@ -273,6 +286,10 @@ fn jerking(values: &[f64], span: usize) -> f64 {
 
 /// Span over which the tool's speed at the peak is taken, s.
 const RISE: f64 = 0.02;
+/// Shares of the peak between which the force is taken to rise evenly, and the spans of averaging that this must last at
+/// least: what is up sooner may have risen as fast as it likes.
+const RISING: [f64; 2] = [0.2, 0.8];
+const RESOLVED: f64 = 1.5;
 /// Readings of force over which its peak is averaged.
 const PEAK: f64 = 3.0;
 
@@ -291,11 +308,13 @@ fn breakaway(interaction: &Interaction, segmented: &Segmented, plane: &Plane, tr
     let span = (PEAK / rate).max(0.004);
     // What is called sticking lasts until the motion shows in the track: the peak may lie well before its end.
     let mut best: Option<(f64, f64, f64)> = None;
+    let mut course: Vec<(f64, f64)> = Vec::new();
     let mut t = stick.start;
     while t < (slide.start + 0.15).min(slide.end) {
         if let Some(w) = mean_wrench(stream, t - 0.5 * span, t + 0.5 * span, &tare) {
             let force = plane.flat(&w.force).norm();
             let sd = segmented.force_noise.unwrap_or(0.0) / (w.rows as f64).sqrt();
+            course.push((t, force));
             if best.is_none_or(|(b, ..)| force > b) {
                 best = Some((force, sd, t));
             }
@@ -308,7 +327,41 @@ fn breakaway(interaction: &Interaction, segmented: &Segmented, plane: &Plane, tr
     Some(Breakaway {
         // The largest of several noisy means lies about one standard deviation too high.
         peak: (peak - noise, noise),
-        rise: peak / (at - stick.start).max(RISE),
+        rise: rise_to(&course, (at, peak), span),
         speed: step.norm() / RISE,
     })
+}
+
+/// How fast the force (time, N) rose to its peak, N/s, from means over `span`: infinite where that does not show.
+fn rise_to(course: &[(f64, f64)], (at, peak): (f64, f64), span: f64) -> f64 {
+    let before = &course[..course.partition_point(|c| c.0 < at)];
+    let [low, high] = RISING.map(|share| share * peak);
+    let Some(begins) = before.iter().rposition(|c| c.1 < low) else {
+        return f64::INFINITY;
+    };
+    let up = before[begins..].iter().find(|c| c.1 > high).map_or(at, |c| c.0);
+    let lasts = up - before[begins].0;
+    if lasts > RESOLVED * span {
+        (high - low) / lasts
+    } else {
+        f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rise_within_a_few_readings_is_not_known() {
+        let ramp = |lasts: f64| -> Vec<(f64, f64)> {
+            let at = |k: i32| 0.0015 * f64::from(k);
+            (0..40)
+                .map(|k| (at(k), (2.0 * (at(k) - 0.01) / lasts).clamp(0.0, 2.0)))
+                .collect()
+        };
+        let slow = rise_to(&ramp(0.04), (0.0525, 2.0), 0.006);
+        assert!((slow / 50.0 - 1.0).abs() < 0.2, "{slow}");
+        assert!(rise_to(&ramp(0.004), (0.016, 2.0), 0.006).is_infinite());
+    }
 }

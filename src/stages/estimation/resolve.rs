@@ -9,6 +9,7 @@ use super::coast::Shape;
 use super::combine::combine;
 use super::facts::{Facts, Ground};
 use super::friction_force::{Sliding, sliding_of};
+use super::one_speed::confound_with_damping;
 use super::pool::{pooled, positive, relative_sd};
 use super::solid::Solid;
 use super::surface::SurfacePrior;
@@ -131,8 +132,16 @@ pub(super) fn conclude(
     if let Some(sliding) = sliding {
         let guessed = mass.is_none() && mu.is_none();
         write_sliding(link, &sliding, guessed, prior.weight);
-        write_friction_centre(link, &sliding, &centre_sd, &local_normal);
+        write_friction_centre(link, &sliding, &(centre.coords, centre_sd), &local_normal);
+        // Of a shape that stands on the support dry friction is known to be what resists.
+        if before.solid.is_none() && mass.is_none() {
+            confound_with_damping(link, facts, notices);
+        }
+        let tilted = link.friction.static_.is_some();
         part(link, before, g, config);
+        if tilted {
+            write_static_force(link, g);
+        }
         combine(link, facts, &sliding, before, g, config, notices);
     } else if link.friction.kinetic.is_none() {
         note_given_friction(link, before);
@@ -192,14 +201,25 @@ fn write_sliding(link: &mut Link, sliding: &Sliding, guessed_weight: bool, weigh
     link.friction.torsional_radius = Some(sliding.radius.clone());
 }
 
+/// Distance from where the shape has it, in standard deviations, beyond which the friction centre is none: what turns about a
+/// hinge, or is held, seems to rub far beside itself.
+const ASTRAY: f64 = 4.0;
 /// Doubt of the friction centre from uneven pressure, as a share of what the shape leaves open.
 const UNEVEN: f64 = 0.03;
 
 /// The friction centre stands for the centre of mass where pushes pin it well below what the shape leaves open;
 /// along the support's normal it says nothing. The pressure balances the weight below the centre of mass however uneven it
 /// is; how it turns the body does depend on it, hence the floor.
-fn write_friction_centre(link: &mut Link, sliding: &Sliding, spread: &Vector3<f64>, normal: &Vector3<f64>) {
+fn write_friction_centre(
+    link: &mut Link,
+    sliding: &Sliding,
+    (shape, spread): &(Vector3<f64>, Vector3<f64>),
+    normal: &Vector3<f64>,
+) {
     let (value, sd) = sliding.centre;
+    if (0..3).any(|k| (value[k] - shape[k]).abs() > ASTRAY * spread[k]) {
+        return;
+    }
     let pinned = (0..3)
         .filter(|&k| normal[k].abs() < 0.5)
         .all(|k| sd[k] < 0.5 * spread[k]);
@@ -209,6 +229,15 @@ fn write_friction_centre(link: &mut Link, sliding: &Sliding, spread: &Vector3<f6
         let from = sliding.kinetic.from.clone();
         let method = "push-limit-surface; the direction along gravity from the shape";
         link.com = Some(Estimate::measured(value, sd, "m", from, method));
+    }
+}
+
+/// Static friction from tilts says more of the force than the peaks of pushes do.
+fn write_static_force(link: &mut Link, g: f64) {
+    if let (Some(mass), Some(mu)) = (&link.mass, &link.friction.static_) {
+        let relative = relative_sd(mass).hypot(relative_sd(mu));
+        let force = positive(mu.value * mass.value * g, relative, "N", joined(mu, mass), &mu.method);
+        link.friction_force.static_ = Some(force);
     }
 }
 
@@ -248,7 +277,8 @@ fn part(link: &mut Link, before: &Before, g: f64, config: &Config) {
             if let (None, Some(s)) = (&link.friction.static_, &link.friction_force.static_) {
                 let per = (mass.value * g).recip();
                 let sd = s.sd.unwrap_or(0.0).hypot(relative_sd(&mass) * s.value);
-                let found = Estimate::measured(s.value * per, sd * per, "1", joined(s, &mass), "push-static");
+                let mut found = Estimate::measured(s.value * per, sd * per, "1", joined(s, &mass), "push-static");
+                (found.status, found.confounded) = (s.status, s.confounded.clone());
                 let doubt = 1.96 * relative_sd(&mass) * s.value;
                 let [low, high] = s.ci95.unwrap_or([s.value; 2]);
                 let low = s.value - (s.value - low).hypot(doubt);

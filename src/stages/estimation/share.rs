@@ -49,6 +49,53 @@ fn share(own: (f64, f64), rest: (f64, f64)) -> (f64, f64) {
     (share, (1.0 - share) * own.1.hypot(rest.1))
 }
 
+/// Sum of masses with the standard deviation of its logarithm.
+fn sum_of(masses: &[(f64, f64)]) -> (f64, f64) {
+    let total: f64 = masses.iter().map(|m| m.0).sum();
+    let variance: f64 = masses.iter().map(|m| (m.0 * m.1).powi(2)).sum();
+    (total, variance.sqrt() / total.max(1e-300))
+}
+
+/// Log standard deviation from which on a mass counts as weighed, and the most of a group that weighed parts may be.
+const WEIGHED: f64 = 0.05;
+const MOST: f64 = 0.9;
+
+/// What one part has of a group that was moved as one.
+#[derive(Clone, Copy, Debug)]
+struct Portion {
+    share: f64,
+    /// Log standard deviations of the share, and of the share of the total mass.
+    share_sd: f64,
+    mass_sd: f64,
+}
+
+/// Portions of a group of `total` mass: a part that was weighed has what it weighs, the others part the rest by what is
+/// assumed of them.
+fn portions(masses: &[(f64, f64)], total: (f64, f64)) -> Vec<Portion> {
+    let weighed = |k: &usize| masses[*k].1 < WEIGHED;
+    let pick = |of: &dyn Fn(&usize) -> bool| -> Vec<(f64, f64)> {
+        (0..masses.len()).filter(|k| of(k)).map(|k| masses[k]).collect()
+    };
+    let known = sum_of(&pick(&weighed)).0 / total.0;
+    let left = 1.0 - known;
+    let one = |k: usize| {
+        if weighed(&k) {
+            return Portion {
+                share: masses[k].0 / total.0,
+                share_sd: masses[k].1.hypot(total.1),
+                mass_sd: masses[k].1,
+            };
+        }
+        let (own, own_sd) = share(masses[k], sum_of(&pick(&|j| *j != k && !weighed(j))));
+        Portion {
+            share: left * own,
+            share_sd: own_sd.hypot(total.1 * known / left),
+            mass_sd: own_sd.hypot(total.1 / left),
+        }
+    };
+    (0..masses.len()).map(one).collect()
+}
+
 /// A mass of `link` with what rose with it: subtracts what is known of the others, else splits by volume.
 fn share_weight(
     twin: &mut Twin,
@@ -94,18 +141,15 @@ fn share_weight(
         STAGE,
         name,
         format!(
-            "{} lifted {} kg of several bodies at once: only {sum} is known",
+            "{} lifted {:.4} kg of several bodies at once: only {sum} is known",
             weighing.interaction, weighing.mass
         ),
     );
     for link in &open {
         let own = assumed_mass(link, befores, config);
-        let rest: f64 = open
-            .iter()
-            .filter(|o| o.name != link.name)
-            .map(|o| assumed_mass(o, befores, config).0)
-            .sum();
-        let (share, log_sd) = share(own, (rest, own.1));
+        let others = open.iter().filter(|o| o.name != link.name);
+        let rest = sum_of(&others.map(|o| assumed_mass(o, befores, config)).collect::<Vec<_>>());
+        let (share, log_sd) = share(own, rest);
         let mut mass = super::pool::positive(
             left * share,
             log_sd.hypot(weighing.sd / weighing.mass),
@@ -192,20 +236,11 @@ fn share_friction(
     let w = [shape_sd.powi(-2), (mu.1 / mu.0).powi(-2)];
     let log = (w[0] * total.ln() + w[1] * (sliding.kinetic.value / (mu.0 * g)).ln()) / (w[0] + w[1]);
     let group_sd = (w[0] + w[1]).recip().sqrt();
-    for (k, part) in links.iter().enumerate() {
-        let rest = (total - masses[k].0, masses[k].1);
-        let (share, share_sd) = share(masses[k], rest);
-        let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
-        write_share(
-            twin,
-            part,
-            &sliding.kinetic,
-            (share, share_sd),
-            (log.exp(), group_sd),
-            g,
-            &known,
-            &group,
-        );
+    let weighed: f64 = masses.iter().filter(|m| m.1 < WEIGHED).map(|m| m.0).sum();
+    let group_mass = (log.exp().max(weighed / MOST), group_sd);
+    let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
+    for (part, portion) in links.iter().zip(portions(&masses, group_mass)) {
+        write_share(twin, part, &sliding.kinetic, portion, group_mass, g, &known, &group);
     }
 }
 
@@ -214,7 +249,7 @@ fn write_share(
     twin: &mut Twin,
     part: &Link,
     force: &Estimate,
-    share: (f64, f64),
+    portion: Portion,
     mass: (f64, f64),
     g: f64,
     known: &str,
@@ -244,15 +279,47 @@ fn write_share(
     let Some(link) = twin.link_mut(&part.name) else { return };
     let relative = relative_sd(force);
     link.friction_force.kinetic = Some(assumed(
-        force.value * share.0,
-        share.1.hypot(relative),
+        force.value * portion.share,
+        portion.share_sd.hypot(relative),
         "N",
         "friction_force.kinetic",
     ));
     if link.mass.is_none() {
-        link.mass = Some(assumed(mass.0 * share.0, mass.1.hypot(share.1), "kg", "mass"));
+        link.mass = Some(assumed(mass.0 * portion.share, portion.mass_sd, "kg", "mass"));
     }
     if link.friction.kinetic.is_none() {
         link.friction.kinetic = Some(assumed(force.value / (mass.0 * g), mass.1.hypot(relative), "1", "mass"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_friction_of_a_part_that_was_weighed_is_as_open_as_that_of_the_group() {
+        let masses = [(0.35, 0.7), (0.3, 1e-3)];
+        let (mass, force) = ((0.8, 0.3), 3.9);
+        let [low, top] = portions(&masses, mass)[..] else {
+            panic!("two portions");
+        };
+        // Of one kind with its own weight: the force is mu m g with the group's mu.
+        let mu = force / (mass.0 * 9.81);
+        assert!((force * top.share - mu * 0.3 * 9.81).abs() < 1e-9, "{top:?}");
+        assert!(top.share_sd > 0.29 && top.mass_sd < 2e-3, "{top:?}");
+        assert!(
+            (low.share + top.share - 1.0).abs() < 1e-12 && low.share_sd > 0.1,
+            "{low:?}"
+        );
+    }
+
+    #[test]
+    fn parts_that_nobody_weighed_are_as_open_as_their_shapes() {
+        let found = portions(&[(0.4, 0.7), (0.1, 0.7)], (0.5, 0.4));
+        assert!((found[0].share - 0.8).abs() < 1e-12, "{found:?}");
+        assert!(
+            found[1].share_sd > found[0].share_sd && found[1].mass_sd > 0.8,
+            "{found:?}"
+        );
     }
 }

@@ -32,6 +32,49 @@ impl Course {
         let steps: Vec<f64> = self.time.windows(2).map(|w| w[1] - w[0]).collect();
         LAG * median(&steps).unwrap_or(2e-3)
     }
+
+    /// Half of the typical difference of the force on the way in and on the way out at the same travel, N.
+    fn loop_width(&self) -> f64 {
+        let ways = self.ways();
+        let deepest = self.travel.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let shallow = |i: &usize| self.force[*i] > 0.0 && self.travel[*i] < deepest;
+        let on = |way: f64| -> Vec<usize> {
+            (0..ways.len())
+                .filter(|i| ways[*i] * way > 0.0)
+                .filter(shallow)
+                .collect()
+        };
+        let (ins, outs) = (on(1.0), on(-1.0));
+        let near = |i: usize| {
+            outs.iter().copied().min_by(|a, b| {
+                let off = |j: usize| (self.travel[j] - self.travel[i]).abs();
+                off(*a).total_cmp(&off(*b))
+            })
+        };
+        let apart = ins
+            .iter()
+            .step_by(10)
+            .filter_map(|i| Some(self.force[*i] - self.force[near(*i)?]));
+        median(&apart.collect::<Vec<f64>>()).map_or(0.0, |d| 0.5 * d.max(0.0))
+    }
+
+    /// The way in which the tool went last: 1 in, -1 out; noise while it holds is no way.
+    fn ways(&self) -> Vec<f64> {
+        let [low, high] = self
+            .travel
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
+        let (mut way, mut far) = (1.0, f64::NEG_INFINITY);
+        let next = |x: &f64| {
+            let along = way * x;
+            far = f64::max(far, along);
+            if far - along > BACK * (high - low) {
+                (way, far) = (-way, -along);
+            }
+            way
+        };
+        self.travel.iter().map(next).collect()
+    }
 }
 
 /// What one press says: each value with its standard deviation.
@@ -45,34 +88,49 @@ pub(super) struct Squeezed {
     pub hardening: Option<(f64, f64)>,
     /// Share and time constant (s), where the force relaxes while it holds.
     pub relaxing: Option<((f64, f64), (f64, f64))>,
+    /// N, by which the force is more on the way in and less on the way out, whatever the speed.
+    pub dry: Option<(f64, f64)>,
 }
 
-/// ln k, c/k (s), contact (m), lag (s), hardening (1/m), relaxing share, ln tau.
-const STEPS: [f64; 7] = [1e-5, 1e-6, 1e-7, 1e-6, 1e-3, 1e-4, 1e-3];
-fn loose(course: &Course) -> [f64; 7] {
-    [3.0, 0.03, 0.01, course.lag(), 100.0, 0.3, 0.8]
+/// ln k, c/k (s), contact (m), lag (s), hardening (1/m), relaxing share, ln tau, dry force (N).
+const STEPS: [f64; 8] = [1e-5, 1e-6, 1e-7, 1e-6, 1e-3, 1e-4, 1e-3, 1e-4];
+fn loose(course: &Course) -> [f64; 8] {
+    let largest = course.force.iter().copied().fold(0.0, f64::max);
+    [3.0, 0.03, 0.01, course.lag(), 100.0, 0.3, 0.8, 0.3 * largest.max(1e-3)]
 }
 const HARDENING: usize = 4;
 const RELAXING: usize = 5;
+const DRY: usize = 7;
+/// Share of the travel by which the tool must have turned back for dry friction to have turned round.
+const BACK: f64 = 0.03;
+/// Standard deviations from which on dry friction is believed.
+const CLEAR: f64 = 5.0;
 
 /// Fits spring, damping, contact and lag, then hardening and relaxation where the data ask for them.
 pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<Squeezed> {
-    let mut free = [true, true, true, true, false, false, false];
-    let prior = [stiffness.ln(), 0.0, contact, 0.0, 0.0, 0.0, f64::ln(0.4)];
+    let mut free = [true, true, true, true, false, false, false, false];
+    let prior = [stiffness.ln(), 0.0, contact, 0.0, 0.0, 0.0, f64::ln(0.4), 0.0];
     let mut best = fit(course, &free, &prior, &prior)?;
-    for extension in [&[RELAXING, RELAXING + 1][..], &[HARDENING][..]] {
+    for extension in [&[RELAXING, RELAXING + 1][..], &[DRY][..], &[HARDENING][..]] {
         let mut wider = free;
         extension.iter().for_each(|k| wider[*k] = true);
         let mut start = best.1;
-        if extension[0] == RELAXING {
-            start[RELAXING] = 0.1;
+        match extension[0] {
+            RELAXING => start[RELAXING] = 0.1,
+            // Damping may have taken all of the loop.
+            DRY => (start[1], start[DRY]) = (0.0, course.loop_width()),
+            _ => {}
         }
         let Some(found) = fit(course, &wider, &prior, &start) else {
             continue;
         };
         // Residuals that remember their past count for fewer.
         let memory = inflation(&found.0);
-        let told = extension[0] != RELAXING || relaxes(course, &found, &wider);
+        let told = match extension[0] {
+            RELAXING => relaxes(course, &found, &wider),
+            DRY => found.1[DRY] > CLEAR * deviations(&found.0, &wider, &loose(course))[DRY],
+            _ => true,
+        };
         if told && 2.0 * (best.0.cost - found.0.cost) > WORTH * memory {
             (best, free) = (found, wider);
         }
@@ -82,7 +140,7 @@ pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<S
 
 /// Whether a relaxation can be told from a stiffer spring: it must be a share that stands out, over well before the press
 /// is; one that is slower than the press is long only trades stiffness for its own share.
-fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 7]), free: &[bool; 7]) -> bool {
+fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 8]), free: &[bool; 8]) -> bool {
     let sds = deviations(fit, free, &loose(course));
     let lasts = course.time[course.time.len() - 1] - course.time[0];
     let slowest = (x[RELAXING + 1] + sds[RELAXING + 1]).exp();
@@ -92,13 +150,13 @@ fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 7]), free: &[bool; 7]) -> boo
 /// Standard deviations of the free unknowns, zero for the others: `C (f H + P) C` with the information `H` of the data, that
 /// of the priors `P`, `C = (H + P)^-1` and the factor `f` by which residuals that remember and miss make the data count for
 /// less. A prior alone is not doubted by what the data leave over.
-fn deviations(fit: &Fit, free: &[bool; 7], loose: &[f64; 7]) -> [f64; 7] {
-    let used: Vec<usize> = (0..7).filter(|k| free[*k]).collect();
+fn deviations(fit: &Fit, free: &[bool; 8], loose: &[f64; 8]) -> [f64; 8] {
+    let used: Vec<usize> = (0..8).filter(|k| free[*k]).collect();
     let prior = DMatrix::from_diagonal(&DVector::from_iterator(
         used.len(),
         used.iter().map(|k| loose[*k].powi(-2)),
     ));
-    let mut out = [0.0; 7];
+    let mut out = [0.0; 8];
     let c = &fit.covariance;
     if let Some(whole) = c.clone().try_inverse() {
         let spread = c * ((whole - &prior) * inflation(fit) + &prior) * c;
@@ -119,7 +177,7 @@ fn inflation(fit: &Fit) -> f64 {
     misfit * (n / effective_samples(fit.residuals.as_slice())).clamp(1.0, 50.0)
 }
 
-fn read(fit: &Fit, x: &[f64; 7], free: &[bool; 7], loose: &[f64; 7]) -> Option<Squeezed> {
+fn read(fit: &Fit, x: &[f64; 8], free: &[bool; 8], loose: &[f64; 8]) -> Option<Squeezed> {
     let sds = deviations(fit, free, loose);
     let sd = |k: usize| sds[k];
     let k = x[0].exp();
@@ -134,10 +192,11 @@ fn read(fit: &Fit, x: &[f64; 7], free: &[bool; 7], loose: &[f64; 7]) -> Option<S
             let tau = x[RELAXING + 1].exp();
             ((x[RELAXING], sd(RELAXING)), (tau, tau * sd(RELAXING + 1)))
         }),
+        dry: free[DRY].then(|| (x[DRY], sd(DRY))),
     })
 }
 
-fn law(x: &[f64; 7]) -> ElasticLaw {
+fn law(x: &[f64; 8]) -> ElasticLaw {
     ElasticLaw {
         stiffness: x[0].exp(),
         damping: x[1] * x[0].exp(),
@@ -148,18 +207,24 @@ fn law(x: &[f64; 7]) -> ElasticLaw {
 }
 
 /// Force at the recorded times: position is read `lag` earlier.
-fn predict(course: &Course, x: &[f64; 7]) -> Vec<f64> {
+fn predict(course: &Course, x: &[f64; 8]) -> Vec<f64> {
     let depth: Vec<f64> = course
         .travel
         .iter()
         .zip(&course.speed)
         .map(|(p, v)| p - x[3] * v - x[2])
         .collect();
-    law(x).force(&course.time, &depth, &course.speed)
+    let mut force = law(x).force(&course.time, &depth, &course.speed);
+    if x[DRY] != 0.0 {
+        for ((f, u), way) in force.iter_mut().zip(&depth).zip(course.ways()) {
+            *f = if *u > 0.0 { (*f + x[DRY] * way).max(0.0) } else { 0.0 };
+        }
+    }
+    force
 }
 
-fn fit(course: &Course, free: &[bool; 7], prior: &[f64; 7], start: &[f64; 7]) -> Option<(Fit, [f64; 7])> {
-    let used: Vec<usize> = (0..7).filter(|k| free[*k]).collect();
+fn fit(course: &Course, free: &[bool; 8], prior: &[f64; 8], start: &[f64; 8]) -> Option<(Fit, [f64; 8])> {
+    let used: Vec<usize> = (0..8).filter(|k| free[*k]).collect();
     let loose = loose(course);
     let whole = |v: &DVector<f64>| {
         let mut x = *start;
@@ -187,7 +252,7 @@ fn fit(course: &Course, free: &[bool; 7], prior: &[f64; 7], start: &[f64; 7]) ->
         iterations: 40,
         tolerance: 1e-7,
     };
-    let pick = |v: &[f64; 7]| DVector::from_iterator(used.len(), used.iter().map(|k| v[*k]));
+    let pick = |v: &[f64; 8]| DVector::from_iterator(used.len(), used.iter().map(|k| v[*k]));
     let found = levenberg_marquardt(&pick(start), &pick(&STEPS), settings, residuals)?;
     let x = whole(&found.x);
     x.iter().all(|v| v.is_finite()).then_some((found, x))
@@ -246,6 +311,7 @@ mod tests {
         };
         near(found.stiffness, 2500.0, 0.01);
         near(found.damping, 8.0, 0.1);
+        assert!(found.dry.is_none(), "{found:?}");
         let (share, tau) = found.relaxing.expect("relaxes");
         near(share, 0.3, 0.1);
         near(tau, 0.25, 0.1);
@@ -254,9 +320,40 @@ mod tests {
     #[test]
     fn a_plain_spring_gets_no_extension() {
         let found = squeeze(&course(&ElasticLaw::spring(3000.0), 0.02, 2), 2800.0, 0.0019).expect("fits");
-        assert!(found.hardening.is_none() && found.relaxing.is_none());
+        assert!(found.hardening.is_none() && found.relaxing.is_none() && found.dry.is_none());
         assert!((found.stiffness.0 / 3000.0 - 1.0).abs() < 0.005);
         assert!(found.damping.0.abs() < 3.0 * found.damping.1);
+    }
+
+    #[test]
+    fn a_loop_that_does_not_widen_with_speed_is_dry_friction_and_no_damping() {
+        for (k, speed) in [0.002, 0.005, 0.02].into_iter().enumerate() {
+            let mut course = course(&ElasticLaw::spring(3000.0), speed, 4 + k as u64);
+            let (mut z, mut before) = (0.0, 0.002);
+            for i in 0..course.time.len() {
+                let u = course.travel[i];
+                z = if u > 0.002 {
+                    f64::clamp(z + (u - before) / 2e-5, -1.0, 1.0)
+                } else {
+                    0.0
+                };
+                before = u.max(0.002);
+                course.force[i] = if u > 0.002 {
+                    (course.force[i] + 1.5 * z).max(0.0)
+                } else {
+                    course.force[i]
+                };
+            }
+            let found = squeeze(&course, 3100.0, 0.0019).expect("fits");
+            let dry = found.dry.expect("dry friction");
+            assert!((dry.0 / 1.5 - 1.0).abs() < 0.1, "{dry:?}");
+            assert!((found.stiffness.0 / 3000.0 - 1.0).abs() < 0.02, "{:?}", found.stiffness);
+            assert!(
+                found.damping.0 < 3.0 * found.damping.1 || found.damping.0 < 3.0,
+                "{:?}",
+                found.damping
+            );
+        }
     }
 
     #[test]

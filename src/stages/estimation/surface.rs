@@ -97,7 +97,7 @@ fn force_by_power(push: &Push, centre: &Vector3<f64>, radius: f64, prior: &Surfa
     } else {
         scatter.sd
     };
-    (work > 0.0).then(|| (work / path, own))
+    (work > 0.0).then(|| (work / path, own.hypot(push.tare_sd)))
 }
 
 /// Fits friction centre and torsional radius to all pushes of a link, then the force of each push.

@@ -11,6 +11,9 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use super::pool::EXPECTED_TRIALS;
 use crate::math::t_quantile;
 
+/// Doubt of a push's force, as a share of that of all pushes, from which on it counts as near its noise.
+const NOISY: f64 = 0.05;
+
 /// One interaction's word: `row · (ln m, ln mu, doubt of the push law) = value ± sd`.
 #[derive(Clone, Debug)]
 pub(super) struct Word {
@@ -41,6 +44,19 @@ impl Word {
     /// A friction force over gravity, kg.
     pub fn pushed(interaction: &str, product: (f64, f64)) -> Option<Self> {
         Self::new(interaction, [1.0, 1.0, 1.0], product, true)
+    }
+
+    /// The same where it is near its noise: its logarithm about that of the force of all, for by its own, what is low by chance
+    /// would count for less than what is high.
+    pub fn pushed_about(interaction: &str, (value, sd): (f64, f64), about: f64) -> Option<Self> {
+        if sd < NOISY * about {
+            return Self::pushed(interaction, (value, sd));
+        }
+        let word = Self::new(interaction, [1.0, 1.0, 1.0], (about, sd), true)?;
+        Some(Self {
+            value: word.value + (value / about - 1.0).clamp(-1.0, 1.0),
+            ..word
+        })
     }
 
     /// The mass (kg) and the friction force over gravity (kg) of one motion, with the covariance of their logarithms, as
@@ -299,6 +315,24 @@ mod tests {
             .expect("entries");
         assert_eq!(fixed.interaction, "lift");
         assert!(fixed.doubt[0] > 50.0);
+    }
+
+    #[test]
+    fn forces_near_their_noise_are_not_drawn_to_the_higher_ones() {
+        // 0.1 N with 20 % of noise: by their own logarithms the high ones would count for more.
+        let all = [0.07, 0.12, 0.11, 0.08, 0.12].map(|f| (f / 9.81, 0.02 / 9.81));
+        let pushed = all.iter().filter_map(|f| Word::pushed_about("push", *f, 0.1 / 9.81));
+        let words: Vec<Word> = Word::weighed("lift", (0.05, 1e-4)).into_iter().chain(pushed).collect();
+        let prior = Prior {
+            sd: [0.7, 5.0, 0.007],
+            ..PRIOR
+        };
+        let found = together(&words, &prior, 0.015).expect("solved");
+        assert!(
+            (found.x[1].exp() / (0.1 / 0.4905) - 1.0).abs() < 0.02,
+            "{}",
+            found.x[1].exp()
+        );
     }
 
     #[test]

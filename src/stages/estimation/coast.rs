@@ -218,3 +218,57 @@ fn fit(run: &Run, shape: &Shape, g: f64) -> Option<Fit> {
     let fit = levenberg_marquardt(&start, &steps, settings, residuals)?;
     fit.x.iter().all(|v| v.is_finite()).then_some(fit)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::capture::Kind;
+    use crate::stages::estimation::push::Plane;
+
+    /// A tool that goes 40 mm a second along x for `lasts` seconds.
+    fn pushed_for(lasts: f64) -> Interaction {
+        let time: Vec<f64> = (0..500).map(|i| 0.002 * f64::from(i)).collect();
+        let at = |t: &f64| Point3::new(0.04 * t.min(lasts), 0.0, 0.02);
+        Interaction {
+            name: "push".into(),
+            kind: Kind::Push,
+            action: None,
+            tool_name: None,
+            tool: None,
+            target: None,
+            force: None,
+            tool_path: Some(PoseStream {
+                position: time.iter().map(at).collect(),
+                rotation: vec![None; time.len()],
+                time,
+            }),
+            support_path: None,
+            tracks: BTreeMap::new(),
+            frames: None,
+            held_out: false,
+        }
+    }
+
+    #[test]
+    fn what_the_tool_follows_does_not_coast() {
+        let ground = Ground {
+            gravity: -9.81 * Vector3::z(),
+            plane: Plane::of(Vector3::z()),
+            point: Point3::origin(),
+        };
+        let time: Vec<f64> = (0..90).map(|i| 0.01 * f64::from(i)).collect();
+        let run = Run {
+            position: time
+                .iter()
+                .map(|t| ground.plane.flat(&Vector3::new(0.04 * t, 0.0, 0.0)))
+                .collect(),
+            heading: vec![0.0; time.len()],
+            noise: (3e-4, 3e-3),
+            time,
+        };
+        assert!(follows(&pushed_for(0.9), &ground, &run));
+        assert!(!follows(&pushed_for(0.1), &ground, &run));
+    }
+}

@@ -441,3 +441,49 @@ fn lifts_of_known_weights_give_the_scale_of_the_sensor_and_with_it_the_mass() {
     let link = found_in(&scale.applied(&unknown), &config);
     holds(link.mass.as_ref(), 0.32, 0.05);
 }
+
+/// Hangs level until 1.8 s, is turned by 0.6 rad about x through the grip within 0.4 s, and is held so; torque about the grip.
+fn turned_lift(rig: &mut Rig, mass: f64, com: Vector3<f64>) -> Interaction {
+    let grip = Vector3::new(0.0, 0.0, 0.02);
+    let rise = |t: f64| 0.08 * (t - 0.5).clamp(0.0, 1.0);
+    let eased = |s: f64| s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
+    let turn = move |t: f64| {
+        let angle = 0.6 * eased(((t - 1.8) / 0.4).clamp(0.0, 1.0));
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle)
+    };
+    let tool = move |t: f64| Vector3::new(0.0, 0.0, 0.04 + rise(t));
+    let mut out = interaction("lift-01", Kind::Lift, finger(true));
+    out.tool_path = Some(rig.track(3.4, 500.0, 5e-5, |t| at(0.0, tool(t).z)));
+    let pose = |t: f64| Isometry3::from_parts((tool(t) - turn(t) * grip).into(), turn(t));
+    out.tracks.insert("box".into(), rig.track(3.4, 120.0, 2e-4, pose));
+    let arm = |t: f64| turn(t) * (com - grip);
+    let swing = |t: f64| (arm(t + 1e-3) - 2.0 * arm(t) + arm(t - 1e-3)) / 1e-6;
+    let spin = |t: f64| (turn(t + 1e-3) * turn(t).inverse()).scaled_axis() / 1e-3;
+    let force = move |t: f64| {
+        if t > 0.48 {
+            mass * (Vector3::z() * G + swing(t))
+        } else {
+            Vector3::zeros()
+        }
+    };
+    let mut stream = rig.force(3.4, force);
+    let torque = |t: &f64| arm(*t).cross(&force(*t)) + 4e-4 * (spin(*t) - spin(*t - 1e-3)) / 1e-3 + rig.shake(1e-3);
+    stream.torque = Some(stream.time.iter().map(torque).collect());
+    out.force = Some(stream);
+    out
+}
+
+#[test]
+fn a_lift_that_turns_its_grip_tells_the_centre_of_mass_from_where_it_hangs_still() {
+    let com = Vector3::new(0.006, 0.004, 0.009);
+    for seed in 20..24 {
+        let mut rig = Rig::new(seed);
+        let link = found(vec![turned_lift(&mut rig, 0.4, com)]);
+        let told = link.com.expect("a centre of mass");
+        let within = told.ci95.expect("an interval");
+        for k in 0..3 {
+            assert!(within[k][0] < com[k] && com[k] < within[k][1], "{seed}: {told:?}");
+        }
+        assert!(within[2][1] - within[2][0] < 5e-3, "{seed}: {told:?}");
+    }
+}

@@ -23,7 +23,7 @@ use super::rolls::{Rolls, rolls};
 use super::sensor::{rounded_away, sensor_findings};
 use super::sensor_lag::lag_of;
 use super::sinking::sinking_findings;
-use super::tosses::of_all_bodies;
+use super::tosses::{Tosses, of_all_bodies};
 use super::turns::Turns;
 use super::white::whiteness;
 use super::{Config, Curve, Trace, asking, named};
@@ -186,6 +186,15 @@ impl Loads {
         findings
     }
 
+    /// What happens to a body that is thrown.
+    fn of_tosses(&mut self, tosses: &Tosses, ladder: &Ladder) -> Vec<Finding> {
+        let findings = self.named(tosses, ladder);
+        self.plain_tosses.extend(tosses.traces(&ladder.plain));
+        self.tests.extend(tosses.hinge());
+        self.full_tosses.extend(tosses.traces(&ladder.full));
+        findings
+    }
+
     /// What slows the things that roll.
     fn of_rolls(&mut self, rolls: Rolls) -> Vec<Finding> {
         self.rolled = rolls.plain.iter().map(|t| t.interaction.clone()).collect();
@@ -291,10 +300,7 @@ fn name_causes(
     for tosses in tossed {
         let Some(ladder) = climb(&tosses, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| tosses.laws()[*law].cause));
-        findings.extend(loads.named(&tosses, &ladder));
-        loads.plain_tosses.extend(tosses.traces(&ladder.plain));
-        loads.tests.extend(tosses.hinge());
-        loads.full_tosses.extend(tosses.traces(&ladder.full));
+        findings.extend(loads.of_tosses(&tosses, &ladder));
     }
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
     findings_of_inertia(capture, model, pushes.is_some(), &loads, findings);

@@ -44,6 +44,8 @@ const CLEAR: f64 = 8.0;
 const RATIO: f64 = 0.3;
 /// Relative doubt beyond which a coasting says nothing.
 const WORTH: f64 = 0.25;
+/// Forces above this multiple of the noise cannot go on without being seen.
+const FELT: f64 = 15.0;
 /// Share of the body's way that the tool may still go after it has let go.
 const FOLLOWS: f64 = 0.7;
 /// Time at rest afterwards that is compared as well, s.
@@ -69,7 +71,7 @@ pub(super) fn coast_of(
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let released = release(interaction, segmented)?;
     let run = run_of(track, segmented, ground, &shape.centre, released)?;
-    if follows(interaction, ground, &run) {
+    if hardly_felt(interaction, segmented) && follows(interaction, ground, &run) {
         return None;
     }
     let g = -ground.gravity.dot(&ground.plane.normal);
@@ -95,6 +97,15 @@ fn release(interaction: &Interaction, segmented: &Segmented) -> Option<f64> {
     let noise = segmented.force_noise.unwrap_or(0.02);
     let last = smooth.iter().rposition(|f| *f > (GONE * largest).max(4.0 * noise))?;
     stream.time.get(last + width).copied()
+}
+
+/// Whether what is felt while it is pushed is so near the noise that the sensor would not show it go on.
+fn hardly_felt(interaction: &Interaction, segmented: &Segmented) -> bool {
+    let tare = tare_of(interaction, segmented).force;
+    let noise = segmented.force_noise.unwrap_or(0.02);
+    let all = interaction.force.iter().flat_map(|stream| &stream.force);
+    let felt: Vec<f64> = all.map(|f| (f - tare).norm()).filter(|f| *f > 4.0 * noise).collect();
+    median(&felt).is_none_or(|f| f < FELT * noise)
 }
 
 /// Whether the tool went along with the body after the force was gone: what drags so little that it drowns in the noise
@@ -217,4 +228,58 @@ fn fit(run: &Run, shape: &Shape, g: f64) -> Option<Fit> {
     };
     let fit = levenberg_marquardt(&start, &steps, settings, residuals)?;
     fit.x.iter().all(|v| v.is_finite()).then_some(fit)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::capture::Kind;
+    use crate::stages::estimation::push::Plane;
+
+    /// A tool that goes 40 mm a second along x for `lasts` seconds.
+    fn pushed_for(lasts: f64) -> Interaction {
+        let time: Vec<f64> = (0..500).map(|i| 0.002 * f64::from(i)).collect();
+        let at = |t: &f64| Point3::new(0.04 * t.min(lasts), 0.0, 0.02);
+        Interaction {
+            name: "push".into(),
+            kind: Kind::Push,
+            action: None,
+            tool_name: None,
+            tool: None,
+            target: None,
+            force: None,
+            tool_path: Some(PoseStream {
+                position: time.iter().map(at).collect(),
+                rotation: vec![None; time.len()],
+                time,
+            }),
+            support_path: None,
+            tracks: BTreeMap::new(),
+            frames: None,
+            held_out: false,
+        }
+    }
+
+    #[test]
+    fn what_the_tool_follows_does_not_coast() {
+        let ground = Ground {
+            gravity: -9.81 * Vector3::z(),
+            plane: Plane::of(Vector3::z()),
+            point: Point3::origin(),
+        };
+        let time: Vec<f64> = (0..90).map(|i| 0.01 * f64::from(i)).collect();
+        let run = Run {
+            position: time
+                .iter()
+                .map(|t| ground.plane.flat(&Vector3::new(0.04 * t, 0.0, 0.0)))
+                .collect(),
+            heading: vec![0.0; time.len()],
+            noise: (3e-4, 3e-3),
+            time,
+        };
+        assert!(follows(&pushed_for(0.9), &ground, &run));
+        assert!(!follows(&pushed_for(0.1), &ground, &run));
+    }
 }

@@ -7,7 +7,7 @@ use super::facts::Facts;
 use super::friction_force::Sliding;
 use super::pool::relative_sd;
 use super::resolve::{Before, STAGE};
-use super::together::{Moved, Prior, Together, Word, learnt, ledger, left_open, together};
+use super::together::{Moved, NOISY, Prior, Together, Word, learnt, ledger, left_open, together};
 use crate::base::{Estimate, Notices};
 use crate::twin::{LedgerEntry, Link};
 
@@ -39,8 +39,12 @@ pub(super) fn combine(
     }
     let moved = ledger(&words, &prior, config.friction_scatter);
     link.ledger = moved.iter().flat_map(entries).collect();
-    write(&mut link.mass, &found, 0, &moved);
-    write(&mut link.friction.kinetic, &found, 1, &moved);
+    // Near the noise of the force logarithms are crooked.
+    let middle = sliding.kinetic.value;
+    let noisy = sliding.trials.iter().any(|(_, (_, sd))| *sd > NOISY * middle);
+    let least = if noisy { 0.5 } else { 0.0 };
+    write(&mut link.mass, &found, 0, &moved, least);
+    write(&mut link.friction.kinetic, &found, 1, &moved, least);
 }
 
 fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {
@@ -78,15 +82,16 @@ fn prior_of(sliding: &Sliding, before: &Before, config: &Config) -> Prior {
     }
 }
 
-/// Writes one number, where the closed forms already found that the data fix it.
-fn write(target: &mut Option<Estimate>, found: &Together, k: usize, moved: &[Moved]) {
+/// Writes one number, where the closed forms already found that the data fix it; `least` of what lies between the two is
+/// doubted in any case.
+fn write(target: &mut Option<Estimate>, found: &Together, k: usize, moved: &[Moved], least: f64) {
     let Some(old) = target.as_ref().filter(|e| e.is_measured()) else {
         return;
     };
     let (value, sd) = (found.x[k].exp(), found.covariance[(k, k)].sqrt());
     // Closed form and joint fit are two ways to one number: far apart, neither is to be trusted beyond the other.
     let apart = (value / old.value).ln().abs();
-    let sd = sd.hypot((apart - 2.0 * sd.hypot(relative_sd(old))).max(0.5 * apart));
+    let sd = sd.hypot((apart - 2.0 * sd.hypot(relative_sd(old))).max(least * apart));
     let mut rests: Vec<&Moved> = moved.iter().filter(|m| m.doubt[k] > RESTS).collect();
     rests.sort_by(|a, b| b.doubt[k].total_cmp(&a.doubt[k]));
     let mut from: Vec<String> = rests.iter().map(|m| m.interaction.clone()).collect();

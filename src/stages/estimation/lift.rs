@@ -147,8 +147,10 @@ struct Hanging {
     torque: (Vector3<f64>, usize),
     tool: Point3<f64>,
     pose: Isometry3<f64>,
-    /// It neither turns nor is sped up: the weight makes all of the moment.
-    still: bool,
+    /// It is not sped up: the force is the weight.
+    even: bool,
+    /// Spin in it and at its ends, rad/s.
+    spin: f64,
 }
 
 /// The body at one time; `None` where something was not read.
@@ -168,7 +170,8 @@ fn hanging(
         torque: (wrench.torque?, wrench.rows),
         tool: tool_at(interaction.tool_path.as_ref()?, t)?,
         pose: motion_at(track, t, HALF)?.pose,
-        still: fastest < STILL.0 && apart < STILL.1 * weight.norm(),
+        even: apart < STILL.1 * weight.norm(),
+        spin: fastest,
     })
 }
 
@@ -192,16 +195,21 @@ fn moments(
     let mut blocks: Vec<Hanging> = times
         .filter_map(|t| hanging(interaction, track, tare, weight, force_noise, t))
         .collect();
-    let trust = if blocks.iter().any(|b| b.still) {
-        blocks.retain(|b| b.still);
+    let hangs_level = |blocks: &[Hanging]| {
+        let turns: Vec<UnitQuaternion<f64>> = blocks.iter().map(|b| b.pose.rotation).collect();
+        mean_rotation(&turns).filter(|mean| turns.iter().all(|q| q.angle_to(mean) < STEADY))
+    };
+    let level = hangs_level(&blocks).is_some();
+    let still = |b: &Hanging| b.even && (level || b.spin < STILL.0);
+    let trust = if blocks.iter().any(still) {
+        blocks.retain(still);
         1.0
     } else {
         MOVING
     };
     // Where it does not turn, one turn serves all blocks: turns that differ by noise alone would seem to show how high the
     // centre of mass lies.
-    let turns: Vec<UnitQuaternion<f64>> = blocks.iter().map(|b| b.pose.rotation).collect();
-    let mean = mean_rotation(&turns).filter(|mean| turns.iter().all(|q| q.angle_to(mean) < STEADY));
+    let mean = hangs_level(&blocks);
     let shared = ARM * weight.norm() * (blocks.len() as f64).sqrt();
     let mut rows = Vec::new();
     for block in blocks {

@@ -12,7 +12,7 @@ use super::pool::EXPECTED_TRIALS;
 use crate::math::t_quantile;
 
 /// Doubt of a push's force, as a share of that of all pushes, from which on it counts as near its noise.
-const NOISY: f64 = 0.05;
+pub(super) const NOISY: f64 = 0.05;
 
 /// One interaction's word: `row · (ln m, ln mu, doubt of the push law) = value ± sd`.
 #[derive(Clone, Debug)]

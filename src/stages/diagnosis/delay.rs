@@ -98,6 +98,16 @@ pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
     clock_drift(&each, judged, !held.is_empty()).or_else(|| constant(&each, judged, !held.is_empty()))
 }
 
+/// Adds a delay to what was found, less what it feigns: to a camera that is early a body slides before the force is there, as on
+/// bristles.
+pub fn take_up(findings: &mut Vec<Finding>, delay: Option<Finding>) {
+    let early = |f: &Finding| f.parameters.get("tau").is_some_and(|tau| tau.value < 0.0);
+    if delay.as_ref().is_some_and(early) {
+        findings.retain(|f| f.cause != "presliding");
+    }
+    findings.extend(delay);
+}
+
 fn along(trace: &Trace) -> Vec<Curve> {
     let own = trace.curves.iter();
     own.filter(|c| c.quantity == Quantity::Position && c.label.contains("along the motion"))

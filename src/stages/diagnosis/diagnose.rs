@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::axes::of_all_axes;
 use super::compare::{base_fit, forces_fit, hardly_felt, verdict};
 use super::coupling::coupling_findings;
-use super::delay::delay_finding;
+use super::delay::{delay_finding, take_up};
 use super::family::Family;
 use super::frames::frame_finding;
 use super::given::{finger_findings, scale_finding, yaw_findings};
@@ -101,11 +101,12 @@ pub fn diagnose(
         .cloned()
         .collect();
     // A force that comes up late puts the first touch late, and what is tracked before it.
-    let lags = findings.iter().any(|f| f.cause == "sensor-lag" && f.place == "force");
-    let late = delay_finding(&slid)
-        .or_else(|| inertia::delay_finding(fast))
-        .filter(|_| !lags);
-    findings.extend(late);
+    if findings.iter().all(|f| f.cause != "sensor-lag") {
+        take_up(
+            &mut findings,
+            delay_finding(&slid).or_else(|| inertia::delay_finding(fast)),
+        );
+    }
     findings.extend(frame_finding(&slid));
     findings.extend(sensor_findings(faults));
     findings.retain(|f| config.allows(&f.cause));

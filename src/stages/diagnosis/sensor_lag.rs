@@ -24,6 +24,8 @@ const SCATTER: f64 = 0.15;
 /// What of the sliding force the model of a rise leaves, as a share, and what is known of its level.
 const ROUGH: f64 = 0.02;
 const LEVEL: f64 = 0.05;
+/// Half the mean square of what a fit may leave, in standard deviations.
+const MISFIT: f64 = 2.0;
 /// Lags that the rise has to be followed for.
 const FOLLOWED: f64 = 4.0;
 /// By how much the lag of some number of poles may pass for that of one or two, as a share, and the rise of the force for a part of it, s.
@@ -136,7 +138,14 @@ fn worse(than: &[Fitted], other: &[Fitted]) -> f64 {
 pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
     let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
     let by = |read: Read| -> Vec<Fitted> { fitted.iter().filter_map(|push| fit(push, read)).collect() };
-    let (one, two) = (by(Read::Lagging(1)), by(Read::Lagging(2)));
+    // A rise that goes neither way, as that of a tip that rings, tells no lag.
+    let telling = |f: &Fitted| f.cost < MISFIT * f.push.rise.len() as f64;
+    let [one, two] = [1, 2].map(|poles| {
+        by(Read::Lagging(poles))
+            .into_iter()
+            .filter(telling)
+            .collect::<Vec<Fitted>>()
+    });
     // A push that was over before what is read had come up makes it seem shorter, and does not tell it.
     let typical = quantile(&two.iter().map(|f| f.size.0).collect::<Vec<f64>>(), 0.75)?;
     let [one, two] = [one, two].map(|all| {

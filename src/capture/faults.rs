@@ -9,6 +9,19 @@ pub struct SensorFaults {
     pub rounding: Option<(f64, usize)>,
     /// Positions of quiet tracks that are far off, and quiet positions in all, where they prove strays.
     pub stray_positions: Option<(usize, usize)>,
+    /// The end of the range of the force sensor, where readings stand at it.
+    pub clipped: Option<Clipped>,
+}
+
+/// Readings at the end of the range of a force sensor.
+#[derive(Clone, Debug)]
+pub struct Clipped {
+    /// N, along one axis of the sensor or of the whole.
+    pub limit: f64,
+    /// Readings in all.
+    pub readings: usize,
+    /// Rows of the stream of force that stand at it, for each interaction of the capture in its order.
+    pub rows: Vec<Vec<usize>>,
 }
 
 /// Readings of force that are none.

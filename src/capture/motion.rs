@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::{Capture, Interaction, PoseStream};
+use super::{Capture, Interaction, PoseStream, WrenchStream};
 
 /// The pose of one thing in the frame of another at one instant; noise from both tracks.
 #[derive(Clone, Debug)]
@@ -24,11 +24,23 @@ pub struct TrackNoise {
     pub rotation: f64,
 }
 
+/// So many missing readings in a row are no dropouts.
+const IN_A_ROW: usize = 4;
+
 /// Noise below which no track is believed (resolution of file and mount), m and rad.
 const FLOOR: TrackNoise = TrackNoise {
     position: 2e-5,
     rotation: 2e-4,
 };
+
+impl WrenchStream {
+    /// Whether some readings in a row are missing between two times: what was exerted meanwhile is not known.
+    pub fn misses(&self, from: f64, until: f64) -> bool {
+        let lost = |i: &usize| self.time[*i] >= from && self.time[*i] <= until && !self.force[*i].x.is_finite();
+        let rows: Vec<usize> = (0..self.time.len()).filter(lost).collect();
+        rows.windows(IN_A_ROW).any(|w| w[IN_A_ROW - 1] - w[0] == IN_A_ROW - 1)
+    }
+}
 
 impl PoseStream {
     /// Position and rotation at a time, linear (slerp) between rows; nothing outside or in a gap.

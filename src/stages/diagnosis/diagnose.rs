@@ -7,30 +7,31 @@ use super::compare::{base_fit, forces_fit, hardly_felt, verdict};
 use super::coupling::coupling_findings;
 use super::delay::{delay_finding, take_up};
 use super::family::Family;
-use super::frames::frame_finding;
+use super::frames::{frame_finding, put_right};
 use super::given::{finger_findings, scale_finding, yaw_findings};
 use super::inertia;
 use super::joints::joint_findings;
 use super::levels::Level;
+use super::loads::{Load, Loads, or_load, or_toss};
 use super::motions::{Motions, of_all_joints};
-use super::naming::{Ladder, climb};
+use super::naming::climb;
 use super::offset::centre_findings;
 use super::onset::{Onset, onset_finding, onsets};
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
-use super::rolls::{Rolls, rolls};
-use super::sensor::{rounded_away, sensor_findings};
+use super::rolls::rolls;
+use super::sensor::{rounded_away, sensor_findings, taken_out};
 use super::sensor_lag::lag_of;
 use super::sinking::sinking_findings;
-use super::tosses::{Tosses, of_all_bodies};
+use super::tosses::of_all_bodies;
 use super::turns::Turns;
 use super::white::whiteness;
-use super::{Config, Curve, Trace, asking, named};
+use super::{Config, Curve, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented, SensorFaults};
-use crate::stages::estimation::{Inertial, inertial};
-use crate::twin::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Model, Verdict};
+use crate::stages::estimation::inertial;
+use crate::twin::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -81,16 +82,21 @@ pub fn diagnose(
     notices: &mut Notices,
 ) -> Result<Diagnosed> {
     config.check()?;
-    let (plain, mut findings) = centre_findings(capture, segmented, model);
-    let (experiments, curves) = name_causes(capture, segmented, model, (config, faults), &mut findings);
-    let predicted = |with: &Model, (loads, tosses): (&[Load], &[Trace])| -> Vec<Trace> {
+    let predicted = |capture: &Capture, with: &Model, (loads, tosses): (&[Load], &[Trace])| -> Vec<Trace> {
         let of = |name: &str| segmented.iter().find(|s| s.interaction == name);
         let each = capture.interactions.iter();
         each.map(|i| or_load(trace_of(capture, i, of(&i.name), with), loads))
             .map(|t| or_toss(t, tosses))
             .collect()
     };
-    let traces = predicted(model, (&curves.full, &curves.full_tosses));
+    let frame = frame_finding(&predicted(capture, model, (&[], &[]))).filter(|f| config.allows(&f.cause));
+    // What rolls does not go where it is pushed.
+    let slides = model.twin.links().all(|(_, l)| l.friction.rolling.is_none());
+    let righted = frame.as_ref().filter(|_| slides).and_then(|f| put_right(capture, f));
+    let (raw, capture) = (capture, righted.as_ref().unwrap_or(capture));
+    let (plain, mut findings) = centre_findings(capture, segmented, model);
+    let (experiments, curves) = name_causes(capture, segmented, model, (config, faults), &mut findings);
+    let traces = predicted(capture, model, (&curves.full, &curves.full_tosses));
     // A part that swings lags behind as well.
     let swings = |f: &Finding| matches!(f.cause.as_str(), "loose-mass" | "added-inertia");
     let fast = curves.fast.as_slice();
@@ -107,14 +113,14 @@ pub fn diagnose(
             delay_finding(&slid).or_else(|| inertia::delay_finding(fast)),
         );
     }
-    findings.extend(frame_finding(&slid));
-    findings.extend(sensor_findings(faults));
+    findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
+    findings.extend(sensor_findings(capture, faults, &traces));
     findings.retain(|f| config.allows(&f.cause));
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces)
     } else {
-        base_fit(&predicted(&plain, (&curves.plain, &curves.plain_tosses)))
+        base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)))
     };
     base.tests = whiteness(&traces);
     base.tests.extend(curves.tests);
@@ -123,8 +129,8 @@ pub fn diagnose(
         // What bears on inertia alone is no reason for a force that is off while it slides.
         Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(&traces, config) => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
-        // Strays were taken out before anything was foretold: they do not explain what is left.
-        Verdict::Unknown if findings.iter().all(|f| f.cause == "outliers") => Verdict::Unknown,
+        // What was taken out before anything was foretold does not explain what is left.
+        Verdict::Unknown if findings.iter().all(taken_out) => Verdict::Unknown,
         _ if findings.is_empty() => Verdict::Adequate,
         _ => Verdict::Explained,
     };
@@ -139,96 +145,6 @@ pub fn diagnose(
         effect_sizes: curves.effect_sizes,
         levels: curves.levels,
     })
-}
-
-/// What is left of the odds of a name that does not explain the whole: on seeds of the lab and of MuJoCo worlds that were looked
-/// at about three in four of them were right.
-const PART: f64 = 0.75;
-
-/// The curve of an interaction, by its name.
-type Load = (String, Curve);
-
-/// Loads of joints and tosses as the plain and the extended model foretell them.
-#[derive(Default)]
-struct Loads {
-    plain: Vec<Load>,
-    full: Vec<Load>,
-    plain_tosses: Vec<Trace>,
-    full_tosses: Vec<Trace>,
-    tests: Vec<Evidence>,
-    /// Named causes leave something that has no name.
-    left: bool,
-    effect_sizes: BTreeMap<&'static str, f64>,
-    levels: Vec<Level>,
-    /// Interactions after which a body rolled on.
-    rolled: Vec<String>,
-    /// Fast pushes followed as a whole.
-    fast: Vec<Inertial>,
-}
-
-impl Loads {
-    /// The findings of a ladder; the last says what all of them leave.
-    fn named(&mut self, family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
-        self.note(family, ladder);
-        let mut findings = named::findings(family, ladder);
-        if !findings.is_empty() {
-            self.levels.extend(family.levels(&ladder.full));
-        }
-        if let (Some(last), Some(left)) = (findings.last_mut(), &ladder.left) {
-            self.left = true;
-            self.tests.push(left.clone());
-            last.evidence.push(left.clone());
-            // Odds are among the names; what is left says that the right one may have none.
-            for finding in &mut findings {
-                finding.probability *= PART;
-                finding.alternatives.iter_mut().for_each(|a| a.probability *= PART);
-            }
-        }
-        findings
-    }
-
-    /// What happens to a body that is thrown.
-    fn of_tosses(&mut self, tosses: &Tosses, ladder: &Ladder) -> Vec<Finding> {
-        let findings = self.named(tosses, ladder);
-        self.plain_tosses.extend(tosses.traces(&ladder.plain));
-        self.tests.extend(tosses.hinge());
-        self.full_tosses.extend(tosses.traces(&ladder.full));
-        findings
-    }
-
-    /// What slows the things that roll.
-    fn of_rolls(&mut self, rolls: Rolls) -> Vec<Finding> {
-        self.rolled = rolls.plain.iter().map(|t| t.interaction.clone()).collect();
-        self.plain_tosses.extend(rolls.plain);
-        self.full_tosses.extend(rolls.full);
-        rolls.findings
-    }
-
-    /// The largest effect size of each cause, over its forms and the kinds of experiment.
-    fn note(&mut self, family: &dyn Family, ladder: &Ladder) {
-        for (law, size) in ladder.effect_sizes() {
-            let own = self.effect_sizes.entry(family.laws()[law].cause).or_insert(0.0);
-            *own = own.max(size);
-        }
-    }
-}
-
-/// A trace without curves takes those of a joint's load, where there are any.
-fn or_load(mut trace: Trace, loads: &[Load]) -> Trace {
-    if trace.curves.is_empty() {
-        let own = loads.iter().filter(|(name, _)| *name == trace.interaction);
-        trace.curves = own.map(|(_, curve)| curve.clone()).collect();
-        if !trace.curves.is_empty() {
-            trace.remark = Some("the load along the joint, from its measured motion".into());
-        }
-    }
-    trace
-}
-
-/// A toss is foretold by its own family.
-fn or_toss(trace: Trace, tosses: &[Trace]) -> Trace {
-    let own = tosses.iter().find(|t| t.interaction == trace.interaction);
-    own.cloned().unwrap_or(trace)
 }
 
 /// Below this probability a finding's name is one of several.

@@ -3,8 +3,11 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{Unit, UnitQuaternion};
+
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
+use crate::capture::Capture;
 use crate::math::{correlated_mean, mad_sd, median, t_tail};
 use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 
@@ -98,6 +101,29 @@ pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
             reduction,
         },
     })
+}
+
+/// Share of the error that a frame has to take away for all else to be asked of tracks that are put right first.
+const SURE: f64 = 0.6;
+
+/// The capture with its tracks turned and scaled about the origin as the finding has it; nothing where it is not beyond doubt.
+pub fn put_right(capture: &Capture, finding: &Finding) -> Option<Capture> {
+    if finding.gain.reduction < SURE {
+        return None;
+    }
+    let of = |name: &str| finding.parameters.get(name).map_or(0.0, |e| e.value);
+    let up = -capture.gravity.try_normalize(1e-9)?;
+    let turn = UnitQuaternion::from_axis_angle(&Unit::new_unchecked(up), -of("a"));
+    let mut out = capture.clone();
+    for track in out.interactions.iter_mut().flat_map(|i| i.tracks.values_mut()) {
+        for position in &mut track.position {
+            *position = turn * *position / (1.0 + of("s"));
+        }
+        for rotation in track.rotation.iter_mut().flatten() {
+            *rotation = turn * *rotation;
+        }
+    }
+    Some(out)
 }
 
 /// What the pushes say together of one number.

@@ -19,6 +19,7 @@ mod inertia;
 mod joint_paths;
 mod joints;
 mod levels;
+mod loads;
 mod marginal;
 mod motion_history;
 mod motion_laws;

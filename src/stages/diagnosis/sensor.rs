@@ -2,15 +2,86 @@
 
 use std::collections::BTreeMap;
 
+use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
-use crate::capture::{SensorFaults, Strays};
+use crate::capture::{Capture, Clipped, Interaction, SensorFaults, Strays};
+use crate::math::interpolate;
 use crate::twin::{Evidence, Finding, Gain};
 
-/// Strays and rounding, where there are such.
-pub fn sensor_findings(faults: &SensorFaults) -> Vec<Finding> {
+/// How the end of a range is told.
+const AT_THE_END: &str = "readings equal to the largest, to the last digit";
+
+/// Strays, rounding and the end of the range, where there are such.
+pub fn sensor_findings(capture: &Capture, faults: &SensorFaults, traces: &[Trace]) -> Vec<Finding> {
     let strays = faults.strays.as_ref().map(strays);
     let strays = strays.or_else(|| faults.stray_positions.map(stray_positions));
-    strays.into_iter().chain(faults.rounding.map(rounding)).collect()
+    let clipped = faults.clipped.as_ref().map(|c| clipped(capture, c, traces));
+    let rounding = faults.rounding.map(rounding);
+    strays.into_iter().chain(rounding).chain(clipped).collect()
+}
+
+/// Readings at the end of the range, which nothing was fitted to.
+fn clipped(capture: &Capture, found: &Clipped, traces: &[Trace]) -> Finding {
+    let count: usize = found.rows.iter().map(Vec::len).sum();
+    let with: Vec<&Interaction> = capture
+        .interactions
+        .iter()
+        .zip(&found.rows)
+        .filter_map(|(i, rows)| (!rows.is_empty()).then_some(i))
+        .collect();
+    let names = |all: &[&Interaction]| all.iter().map(|i| i.name.clone()).collect::<Vec<String>>();
+    let held: Vec<&Interaction> = with.iter().copied().filter(|i| i.held_out).collect();
+    let judged = if held.is_empty() { with.clone() } else { held.clone() };
+    // Predicted sizes where the reading is the limit.
+    let of = |i: &&Interaction| -> Vec<f64> {
+        let at = capture.interactions.iter().position(|own| own.name == i.name);
+        let curve = traces.iter().find(|t| t.interaction == i.name).and_then(|t| {
+            let own = |c: &&Curve| c.quantity == Quantity::Force && !c.predicted.is_empty();
+            t.curves.iter().find(own)
+        });
+        let (Some(at), Some(curve), Some(stream)) = (at, curve, &i.force) else {
+            return Vec::new();
+        };
+        let predicted = |row: &usize| interpolate(&curve.time, &curve.predicted, stream.time[*row]);
+        found.rows[at].iter().filter_map(predicted).map(f64::abs).collect()
+    };
+    let sizes: Vec<f64> = judged.iter().flat_map(of).collect();
+    let rms = |limit: f64| {
+        let squares = sizes.iter().map(|p| (p.min(limit) - found.limit).powi(2));
+        (squares.sum::<f64>() / sizes.len().max(1) as f64).sqrt()
+    };
+    let (before, after) = (rms(f64::INFINITY), rms(found.limit));
+    let limit = Estimate::measured(
+        found.limit,
+        1e-3 * found.limit,
+        "N",
+        names(&with),
+        "readings that repeat the largest",
+    );
+    let evidence = Evidence {
+        residual: "values of the force".into(),
+        test: AT_THE_END.into(),
+        statistic: count as f64,
+        p_value: 0.0,
+        words: format!(
+            "{count} of {} readings stand at {:.3} N and none is larger: the range of the sensor ends there, and these were left out",
+            found.readings, found.limit
+        ),
+    };
+    let gain = Gain {
+        rmse_before: before,
+        rmse_after: after,
+        held_out: names(&held),
+        reduction: if before > 0.0 { 1.0 - after / before } else { 0.0 },
+        ..force_gain()
+    };
+    finding("force-saturation", ("Fs", limit), evidence, gain)
+}
+
+/// Whether it is of readings that were left out.
+pub fn taken_out(finding: &Finding) -> bool {
+    let end = |e: &Evidence| e.test.starts_with(AT_THE_END);
+    finding.cause == "outliers" || finding.evidence.iter().any(end)
 }
 
 /// Standard deviation of what rounding takes from a force, N.

@@ -136,7 +136,7 @@ fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: 
             track.time[i] >= start && track.time[i] <= end && track.position[i].coords.iter().all(|x| x.is_finite())
         })
         .collect();
-    if rows.len() < 12 || slope > 0.02 {
+    if rows.len() < 12 || slope > 0.02 || stream.misses(start - 0.05, end) {
         return None;
     }
     let turns = rows.iter().filter_map(|&i| track.rotation[i]);

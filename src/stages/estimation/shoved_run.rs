@@ -77,6 +77,9 @@ pub(super) fn run_of(
         .filter_map(|i| Some((track.time[i], plane.flat(&track.position[i].coords), heading(i)?)))
         .collect();
     let (rows, until) = until_it_stands(rows, noise.0)?;
+    if stream.misses(from, until) {
+        return None;
+    }
     let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?);
     let half = 0.5 / rate.min(500.0);
     let shove = |&t: &f64| {

@@ -1,11 +1,12 @@
-//! Readings that are none: such as lie far from their neighbours in time, and a sensor that rounds.
+//! Readings that are none: such as lie far from their neighbours in time or at the end of the range, and a sensor that rounds.
 //!
 //! Strays are looked for where a stream is quiet, since a blow looks like one: a reading is compared with the median of
 //! the five about it (Hampel's identifier). Only where the quiet stretches prove them are they taken out everywhere.
 
 use nalgebra::{Point3, Vector3};
 
-use crate::capture::{Capture, Interaction, SensorFaults, Strays};
+use super::clipped::clipped_of;
+use crate::capture::{Capture, Interaction, Kind, SensorFaults, Strays};
 use crate::math::{mad_sd, median, quantile};
 
 /// Readings on either side of the one that is judged.
@@ -41,15 +42,25 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
         rounding: rounding_of(capture, level.unwrap_or(0.0)),
         strays,
         stray_positions: tracks.map(|t| t.1),
+        clipped: clipped_of(capture),
     };
-    if faults.strays.is_none() && tracks.is_none() {
+    if faults.strays.is_none() && tracks.is_none() && faults.clipped.is_none() {
         return (None, faults);
     }
     let mut clean = capture.clone();
+    // What stands at the end of the range may have been anything above it.
+    let mut cut = faults.clipped.iter().flat_map(|c| &c.rows);
     for (interaction, judged) in clean.interactions.iter_mut().zip(&forces) {
         if let (Some(stream), Some(level), true) = (&mut interaction.force, level, faults.strays.is_some()) {
             for i in judged.strays(level) {
                 stream.force[i] = Vector3::repeat(f64::NAN);
+            }
+        }
+        if let (Some(stream), Some(rows)) = (&mut interaction.force, cut.next()) {
+            rows.iter().for_each(|i| stream.force[*i] = Vector3::repeat(f64::NAN));
+            // What is left of a weight that is beyond the range is where it is not carried.
+            if interaction.kind == Kind::Lift && !rows.is_empty() {
+                interaction.force = None;
             }
         }
         for track in interaction.tracks.values_mut().filter(|_| tracks.is_some()) {

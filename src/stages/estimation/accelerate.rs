@@ -32,6 +32,8 @@ const WORTH: f64 = 0.15;
 const TURN: f64 = 0.12;
 /// Largest misfit, in variances of the track, that still counts as explained.
 const MISFIT: f64 = 12.0;
+/// Coefficients of friction that are thought possible at all.
+const RUBS: std::ops::RangeInclusive<f64> = 0.02..=3.0;
 /// Relative doubt for every standard deviation of the track by which the law misses beyond noise.
 const FORM: f64 = 0.03;
 /// Delay between force and track that is allowed for (1 sd), s.
@@ -113,13 +115,22 @@ pub(super) fn accelerated(
     let form = config.model_form.hypot(FORM * (misfit - 1.0).max(0.0).sqrt());
     let own = (fit.sd(0) * wide).hypot(form);
     let inertial = inertia(&run, &fit, mass);
-    let told = own < WORTH && misfit < MISFIT && inertial > INERTIAL * friction;
-    told.then(|| Accelerated {
+    let found = Accelerated {
         interaction: interaction.name.clone(),
         mass: (mass, mass * own),
         friction: (friction, friction * (fit.sd(1) * wide).hypot(form)),
         shared: fit.covariance[(0, 1)] * wide * wide,
-    })
+    };
+    let told = own < WORTH && misfit < MISFIT && inertial > INERTIAL * friction && found.rubs(ground);
+    told.then_some(found)
+}
+
+impl Accelerated {
+    /// Whether mass and friction are such as dry things have, of any weight.
+    pub(super) fn rubs(&self, ground: &Ground) -> bool {
+        let coefficient = self.friction.0 / (self.mass.0 * ground.gravity.norm());
+        RUBS.contains(&coefficient)
+    }
 }
 
 fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: &Ground) -> Option<Run> {

@@ -157,6 +157,10 @@ fn weigh_in(link: &mut Link, facts: &Facts) {
         link.mass = Some(mass);
         return;
     }
+    // What was stated beforehand is better known than what pushes tell by the way.
+    if link.mass.is_some() {
+        return;
+    }
     let trials: Vec<(f64, f64)> = facts.driven().iter().map(|a| a.mass).collect();
     let from = facts.driven().iter().map(|a| a.interaction.clone()).collect();
     if let Some(mass) = pooled(&trials, 5e-3, 0.0, "kg", from, "accelerated-push") {

@@ -50,7 +50,7 @@ pub(super) fn shoved(
     let told = shoved_on(interaction, segmented, link, ground, shape, face, config, LATE)?;
     let whole = &told.whole;
     let worth = whole.mass.1 < WORTH * whole.mass.0 && whole.friction.1 < WORTH * whole.friction.0;
-    worth.then_some((told.whole, told.spun, told.basins))
+    (worth && whole.rubs(ground)).then_some((told.whole, told.spun, told.basins))
 }
 
 /// What one push says.

@@ -27,11 +27,28 @@ const OF_THE_RIG: [&str; 15] = [
 /// The largest draw of a notch of amplitude 1, `exp(-1/2)`; it lies at the notch's width.
 const DRAW: f64 = 0.606_530_66;
 
-/// Laws of friction that a body feels while it speeds up or slides on as well, so that a mass that comes from that alone, by plain
-/// friction, is off.
-const FELT_AT_SPEED: [&str; 3] = ["viscous-friction", "velocity-weakening-friction", "rate-state-friction"];
+/// What a body feels, or its sensor makes of it, while it speeds up or slides on as well, so that a mass that comes from that alone, by
+/// plain friction, is off.
+const FELT_AT_SPEED: [&str; 6] = [
+    "viscous-friction",
+    "velocity-weakening-friction",
+    "rate-state-friction",
+    "sensor-lag",
+    "time-delay",
+    "force-saturation",
+];
 /// By how much such a mass may be off, as a share.
 const OFF: f64 = 0.5;
+
+/// What takes work from a press whatever its speed, or by a memory of its own, so that a loop is no proof of damping.
+const WITHOUT_DAMPING: [&str; 6] = [
+    "guide-friction",
+    "elastic-hysteresis",
+    "softening-by-use",
+    "plastic-set",
+    "stress-relaxation",
+    "adhesion",
+];
 
 /// Writes every finding that is more likely than not into the twin, unless one of its numbers holds it already, and what its
 /// numbers are beside the findings.
@@ -48,6 +65,12 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
     if let Some(finding) = diagnosis.findings.iter().find(felt) {
         doubt_masses(model, &finding.cause);
     }
+    let takes_work = |f: &&Finding| f.probability > 0.5 && WITHOUT_DAMPING.contains(&f.cause.as_str());
+    diagnosis
+        .findings
+        .iter()
+        .filter(takes_work)
+        .for_each(|f| doubt_damping(model, f));
     let sure = diagnosis.findings.iter().filter(|f| f.probability > 0.5);
     for finding in sure.filter(|f| !OF_THE_RIG.contains(&f.cause.as_str())) {
         if !of_joint(&mut model.twin, finding) && !held(&model.twin, finding) {
@@ -88,6 +111,20 @@ fn set(link: &mut Link, level: &Level) {
     }
 }
 
+/// The damping of what was pressed, where something else was found to take work from it.
+fn doubt_damping(model: &mut Model, finding: &Finding) {
+    let links = model.twin.bodies.iter_mut().flat_map(|b| &mut b.links);
+    // Of one body that was pressed the finding says `body`.
+    let own = links.filter(|l| l.name == finding.place || finding.place == "body");
+    for damping in own.filter_map(|l| l.damping.as_mut()) {
+        let most = damping.ci95.map_or(damping.value, |c| c[1]);
+        damping.status = Status::Assumed;
+        damping.ci95 = Some([0.0, most]);
+        damping.sd = damping.sd.map(|sd| sd.hypot(0.5 * most));
+        damping.method = format!("{}, which may be {}", damping.method, finding.cause);
+    }
+}
+
 /// Masses that come from how pushed bodies speed up and slide on: the law of friction that was taken for it was not the one.
 fn doubt_masses(model: &mut Model, cause: &str) {
     for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
@@ -96,8 +133,9 @@ fn doubt_masses(model: &mut Model, cause: &str) {
             continue;
         };
         // Its friction is the force over its weight.
-        let friction = link.friction.kinetic.as_mut().filter(|e| by_force(e));
-        for number in [Some(mass), friction].into_iter().flatten() {
+        let friction = [link.friction.kinetic.as_mut(), link.friction.static_.as_mut()];
+        let friction = friction.into_iter().flatten().filter(|e| by_force(e));
+        for number in [mass].into_iter().chain(friction) {
             let doubt = number.sd.unwrap_or(0.0).hypot(OFF * number.value);
             number.status = Status::Assumed;
             number.sd = Some(doubt);

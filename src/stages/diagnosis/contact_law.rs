@@ -101,6 +101,9 @@ pub fn contact_law_finding(all: &[Onset], name: &str) -> Option<Finding> {
             typical * (level / force_there).powf(1.0 / (1.0 + pooled.mean))
         }),
     ];
+    if errors[1] >= errors[0] {
+        return None;
+    }
     let from: Vec<String> = law.iter().map(|r| r.push.interaction.clone()).collect();
     let method = "rise of the force of slow pushes while the body is held";
     let told = Told {

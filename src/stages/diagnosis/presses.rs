@@ -325,6 +325,7 @@ impl Family for Presses {
             "preload",
             "guide-friction",
             "snap-through",
+            "force-saturation",
         ];
         if !fit.laws.iter().any(|l| curved.contains(&self.sheet.laws[*l].cause)) {
             return Vec::new();

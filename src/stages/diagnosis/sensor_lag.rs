@@ -17,6 +17,8 @@ use crate::twin::Finding;
 const FEWEST: usize = 2;
 const CLEAR: f64 = 6.0;
 const LEAST: f64 = 12e-3;
+/// The longest: what comes up more slowly than that goes with something else, as with the speed.
+const LONGEST: f64 = 0.125;
 /// Log evidence over what is like it.
 const BETTER: f64 = 8.0;
 /// Scatter from push to push, as a share.
@@ -167,7 +169,7 @@ pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
     let pooled = random_effects(&values, &sds, SCATTER * typical).filter(|_| told.len() >= FEWEST)?;
     let like_it = [Read::Late, Read::Presliding, Read::Soft].map(|read| worse(&told, &by(read)));
     let better = like_it.into_iter().fold(f64::INFINITY, f64::min);
-    if pooled.mean < LEAST || pooled.mean < CLEAR * pooled.sd || better < BETTER {
+    if !(LEAST..LONGEST).contains(&pooled.mean) || pooled.mean < CLEAR * pooled.sd || better < BETTER {
         return None;
     }
     Some(SensorLag {

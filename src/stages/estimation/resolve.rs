@@ -143,6 +143,7 @@ pub(super) fn conclude(
             write_static_force(link, g);
         }
         combine(link, facts, &sliding, before, g, config, notices);
+        leave_open(link);
     } else if link.friction.kinetic.is_none() {
         note_given_friction(link, before);
     }
@@ -189,6 +190,23 @@ fn slide_down(link: &mut Link, facts: &Facts, config: &Config) {
     let trials = [of(|s| s.kinetic), coasted].concat();
     let from = [from, facts.coasts.iter().map(|c| c.interaction.clone()).collect()].concat();
     link.friction.kinetic = pooled(&trials, config.friction_scatter, 0.0, "1", from, method);
+}
+
+/// Ends of an interval that are this many times apart: such a number is guessed, whatever it was read from.
+const OPEN: f64 = 4.0;
+
+/// What the data hardly fix is no measurement.
+fn leave_open(link: &mut Link) {
+    let numbers = [
+        link.mass.as_mut(),
+        link.friction.kinetic.as_mut(),
+        link.friction.static_.as_mut(),
+    ];
+    for number in numbers.into_iter().flatten().filter(|e| e.is_measured()) {
+        if number.ci95.is_some_and(|[low, high]| high > OPEN * low) {
+            number.status = Status::Assumed;
+        }
+    }
 }
 
 fn write_sliding(link: &mut Link, sliding: &Sliding, guessed_weight: bool, weight: f64) {

@@ -34,6 +34,9 @@ const FORM: f64 = 0.01;
 const BORNE: f64 = 3.0;
 /// Relative doubt of a push that begins at rest: how its points let go one after another, and how the load tips, are in no law here.
 const LETS_GO: f64 = 0.03;
+/// What is followed for longer than this, s, is followed in longer steps, up to so many times as long.
+const FOLLOWED: f64 = 1.0;
+const COARSEST: f64 = 3.0;
 /// Unknowns of the law; the motion at the start comes on top.
 const LAW: usize = 7;
 
@@ -211,6 +214,13 @@ struct Following<'a> {
 }
 
 impl Following<'_> {
+    /// The solver's step, s: longer for what is followed for long. What it costs in accuracy counts in the doubt.
+    fn step(&self) -> f64 {
+        let (first, last) = (self.run.time.first(), self.run.time.last());
+        let span = first.zip(last).map_or(0.0, |(a, b)| b - a);
+        Shoved::<f64>::STEP * (span / FOLLOWED).clamp(1.0, COARSEST)
+    }
+
     /// The body at `x`, and how the tracked point moves at the start.
     fn at<T: Rubbing>(&self, x: &[T]) -> (Shoved<'_, T>, PlaneMotion<T>) {
         let (run, shape) = (self.run, self.shape);
@@ -245,14 +255,14 @@ impl Following<'_> {
             moved.hypot((a.heading - b.heading) / turn)
         };
         let start = body.centred(&start);
-        body.solver_error(&start, &self.run.shoves, &self.run.time, Shoved::<f64>::STEP, apart)
+        body.solver_error(&start, &self.run.shoves, &self.run.time, self.step(), apart)
     }
 
     /// What is left over at `x`, in standard deviations: that of the priors, then place and heading at each time.
     fn residuals<T: Rubbing>(&self, x: &[T]) -> Vec<T> {
         let (run, shape) = (self.run, self.shape);
         let (body, start) = self.at(x);
-        let path = body.simulate(&body.centred(&start), &run.shoves, run.time[0], &run.time);
+        let path = body.simulate_with_step(&body.centred(&start), &run.shoves, run.time[0], &run.time, self.step());
         let mut out = vec![
             x[2] * shape.spread.recip(),
             x[3] * shape.spread.recip(),

@@ -4,6 +4,7 @@ mod clipped;
 mod config;
 mod contact;
 mod cut;
+mod doubtful;
 mod motion;
 mod segment;
 mod sift;

@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::Config;
 use super::contact::{Contact, find_contact};
 use super::cut::{Instants, cut};
+use super::doubtful::doubtful;
 use super::motion::{Motion, measure_motion};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Kind, PoseStream, Segmented};
@@ -60,6 +61,9 @@ fn segment_one(capture: &Capture, interaction: &Interaction, config: &Config, no
             &interaction.name,
             "the force never leaves its noise: no contact was found",
         );
+    }
+    if let Some(words) = doubtful(interaction) {
+        notices.warn(STAGE, &interaction.name, words);
     }
     let touched = touched_bodies(interaction, &motions, &instants);
     let noise = |of: fn(&Motion) -> Option<f64>| median(&motions.iter().filter_map(|(_, m)| of(m)).collect::<Vec<_>>());

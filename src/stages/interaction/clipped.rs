@@ -111,7 +111,7 @@ mod tests {
             let x = f64::from(i);
             let dice = (x * 12.9898).sin() * 43758.5453;
             let read = (0.02 * x).sin() + noise * (dice - dice.floor() - 0.5);
-            ((read.min(limit) / step).round() * step).abs()
+            ((read.clamp(-limit, limit) / step).round() * step).abs()
         };
         (0..900).map(one).collect()
     }

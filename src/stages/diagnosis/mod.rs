@@ -16,6 +16,7 @@ mod fit;
 mod frames;
 mod given;
 mod inertia;
+mod joint_numbers;
 mod joint_paths;
 mod joints;
 mod levels;
@@ -58,5 +59,6 @@ mod white;
 
 pub use config::Config;
 pub use diagnose::{Diagnosed, diagnose};
+pub use joint_numbers::joint_numbers;
 pub use levels::{Level, Number};
 pub use trace::{Curve, Path, Quantity, Trace};

@@ -60,7 +60,7 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
         }
     };
     let words = match &judged {
-        Some(judged) => in_words(&diagnosis) + &of_model(&diagnosis, judged),
+        Some(judged) => of_model(&diagnosis, judged) + "\nwhat its predictions lack: " + &in_words(&diagnosis),
         None => in_words(&diagnosis),
     };
     let said = Said {
@@ -114,11 +114,13 @@ fn of_model(diagnosis: &Diagnosis, judged: &Judged) -> String {
     };
     let off: Vec<String> = base.rmse.iter().map(of).collect();
     let mut text = match off.is_empty() {
-        true => {
-            "\nwhat the model predicts could not be laid beside what was measured (--verbose says why)\n".to_owned()
-        }
-        false => format!("\nthe model's predictions are off by (rms): {}\n", off.join(", ")),
+        true => "what the model predicts could not be laid beside what was measured\n".to_owned(),
+        false => format!("the model's predictions are off by (rms): {}\n", off.join(", ")),
     };
+    for trace in judged.diagnosed.traces.iter().filter(|t| t.curves.is_empty()) {
+        let why = trace.remark.as_deref().unwrap_or("nothing to compare");
+        text += &format!("not foretold: {}: {why}\n", trace.interaction);
+    }
     for lent in &judged.lent {
         text += &format!("not in the model, taken from the capture for this: {lent}\n");
     }

@@ -2,7 +2,7 @@
 //! itself tells of the same shapes and joints.
 
 use super::Options;
-use super::given::{as_lumps, lumps_of};
+use super::given::{FORCE, as_lumps, lumps_of, table_friction};
 use crate::base::{Estimate, Notices, Result};
 use crate::capture::Capture;
 use crate::stages::{diagnosis, estimation, interaction};
@@ -60,6 +60,14 @@ pub fn diagnose(
     };
     let mut numbers = of_links(&fresh.twin, false);
     numbers.extend(of_links(&refit.twin, true));
+    let untold = |name: &str| {
+        let found = numbers.iter().filter(|n| n.about == name);
+        let told = found.map(|n| n.quantity.as_str());
+        !told.into_iter().any(|q| q == FORCE || q == "friction.kinetic")
+    };
+    let dragged = table_friction(capture, &given, &diagnosed.traces);
+    let dragged: Vec<Compared> = dragged.into_iter().filter(|n| untold(&n.about)).collect();
+    numbers.extend(dragged);
     numbers.extend(joints_compared(&given.twin, &fresh.twin));
     numbers.extend(diagnosis::joint_numbers(capture, &segmented, &given, notices));
     Ok(Judged {
@@ -100,7 +108,21 @@ fn bare(given: &Model) -> Model {
 /// turning, and drag on the table where it says none.
 fn lend(given: &mut Model, refit: &Model, fresh: &Twin, parted: impl Fn(&str) -> bool) -> Vec<String> {
     let mut words = Vec::new();
-    for link in given.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+    let dragged =
+        |l: &Link| !l.friction_force.is_empty() || l.friction.kinetic.is_some() || l.friction.static_.is_some();
+    // What the model says to hang clear of the table does.
+    let drags: Vec<String> = given
+        .twin
+        .bodies
+        .iter()
+        .filter(|b| b.links.iter().any(dragged))
+        .map(|b| b.name.clone())
+        .collect();
+    let links = given.twin.bodies.iter_mut().flat_map(|b| {
+        let says = drags.contains(&b.name);
+        b.links.iter_mut().map(move |l| (says, l))
+    });
+    for (says, link) in links {
         let own = if parted(&link.name) { &refit.twin } else { fresh };
         let Some(found) = own.link(&link.name) else { continue };
         let Friction {
@@ -123,7 +145,7 @@ fn lend(given: &mut Model, refit: &Model, fresh: &Twin, parted: impl Fn(&str) ->
             "resistance to turning",
         );
         give(&mut link.friction.creep_speed, creep_speed, "creep");
-        if link.friction_force.is_empty() && !found.friction_force.is_empty() && link.friction.kinetic.is_none() {
+        if !says && !found.friction_force.is_empty() {
             let FrictionForce { static_, kinetic } = &found.friction_force;
             link.friction_force.static_.clone_from(static_);
             link.friction_force.kinetic.clone_from(kinetic);

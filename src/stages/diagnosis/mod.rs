@@ -18,6 +18,7 @@ mod given;
 mod inertia;
 mod joint_numbers;
 mod joint_paths;
+mod joint_told;
 mod joints;
 mod levels;
 mod marginal;

@@ -55,7 +55,7 @@ fn what_fixed_joints_hold_is_judged_as_one_thing() {
     let capture = work.join("capture");
     let capture = capture.to_str().expect("a path");
     palpate(&["synth", "lab:glued-stack", "--seed", "61", "--out", capture, "-q"]);
-    let mut check = |change: [&str; 2], wrong: &[&str], held: usize| {
+    let check = |change: [&str; 2], wrong: &[&str], held: usize| {
         let (outside, within, structure) = told(&work, capture, "stack.urdf", change);
         assert_eq!(outside, wrong, "{change:?}");
         assert_eq!(structure.len(), held, "{structure:?}");
@@ -72,7 +72,7 @@ fn a_drawer_is_judged_by_what_its_joint_took() {
     let capture = work.join("capture");
     let capture = capture.to_str().expect("a path");
     palpate(&["synth", "lab:drawer", "--seed", "61", "--out", capture, "-q"]);
-    let mut check = |change: [&str; 2], wrong: &[&str]| {
+    let check = |change: [&str; 2], wrong: &[&str]| {
         let (outside, within, structure) = told(&work, capture, "drawer.urdf", change);
         assert_eq!(outside, wrong, "{change:?}");
         assert!(structure.is_empty(), "{structure:?}");

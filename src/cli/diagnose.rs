@@ -46,7 +46,7 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
                 .retain(|p| !matches!(p, Pass::Diagnosis | Pass::Export | Pass::Report));
             let fresh = reconstruct::run_passes(common, &capture, &fit)?;
             let mut notices = Notices::default();
-            let found = pipeline::diagnose(&capture, &model, &fresh.model, &options, &mut notices)?;
+            let found = pipeline::judge(&capture, &model, &fresh.model, &options, &mut notices)?;
             output::notices(common, &notices.0);
             let diagnosis = found.diagnosed.diagnosis.clone();
             judged = Some(found);

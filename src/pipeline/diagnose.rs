@@ -22,8 +22,21 @@ pub struct Judged {
     pub lent: Vec<String>,
 }
 
-/// What `model` gets wrong of `capture`, of which `fresh` is a fit without the model.
+/// What `model` gets wrong of `capture`; nothing is estimated.
 pub fn diagnose(
+    capture: &Capture,
+    model: &Model,
+    options: &Options,
+    notices: &mut Notices,
+) -> Result<diagnosis::Diagnosed> {
+    let (sifted, faults) = interaction::sift(capture);
+    let capture = sifted.as_ref().unwrap_or(capture);
+    let segmented = interaction::segment(capture, model, &options.interaction, notices)?;
+    diagnosis::diagnose(capture, &segmented, model, &faults, &options.diagnosis, notices)
+}
+
+/// What a `model` that somebody wrote gets wrong of `capture`, of which `fresh` is a fit without the model.
+pub fn judge(
     capture: &Capture,
     model: &Model,
     fresh: &Model,

@@ -14,7 +14,7 @@ mod touches;
 
 pub use build::{Run, build};
 pub use calibrate::{calibrate_camera, calibrate_force, calibrate_friction, learn_snapshots};
-pub use diagnose::{Judged, diagnose};
+pub use diagnose::{Judged, diagnose, judge};
 pub use explore::{Exploration, ExploreOptions, Step, explore};
 pub use options::Options;
 pub use pass::Pass;

@@ -9,17 +9,23 @@ use super::arguments::Common;
 use super::{output, reconstruct};
 use crate::base::{Estimate, Notices, Result, Seed};
 use crate::capture::read_capture;
-use crate::pipeline::{self, Options, Pass};
-use crate::twin::{Compared, Diagnosis, Experiment, Finding, Gain, Verdict, compared, read_twin};
+use crate::pipeline::{self, Judged, Options, Pass};
+use crate::twin::{Compared, Diagnosis, Experiment, Finding, Gain, Verdict, read_twin};
 
 /// What came out, as one JSON object.
 #[derive(Serialize)]
 struct Said<'a> {
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
-    /// Numbers of the given model beside those of a fresh fit; absent where no model was given.
+    /// Numbers of the given model beside measured ones; absent, as what follows, where no model was given.
     #[serde(skip_serializing_if = "Option::is_none")]
-    numbers: Option<Vec<Compared>>,
+    numbers: Option<&'a [Compared]>,
+    /// What it holds together, or lets move, otherwise than was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    structure: Option<&'a [String]>,
+    /// What it does not carry and was taken from the capture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lent: Option<&'a [String]>,
 }
 
 /// Diagnoses a fresh fit, or the model of an existing folder, and says what came out.
@@ -31,18 +37,19 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
     options.diagnosis.causes = (!causes.is_empty()).then(|| causes.to_vec());
     options.diagnosis.check()?;
     let capture = read_capture(capture)?;
-    let mut numbers = None;
+    let mut judged = None;
     let diagnosis = match model {
         Some(folder) => {
             let (model, _) = read_twin(folder)?;
-            let mut notices = Notices::default();
-            let diagnosis = pipeline::diagnose(&capture, &model, &options, &mut notices)?.diagnosis;
-            output::notices(common, &notices.0);
-            options
-                .passes
+            let mut fit = options.clone();
+            fit.passes
                 .retain(|p| !matches!(p, Pass::Diagnosis | Pass::Export | Pass::Report));
-            let fresh = reconstruct::run_passes(common, &capture, &options)?;
-            numbers = Some(compared(&model.twin, &fresh.model.twin));
+            let fresh = reconstruct::run_passes(common, &capture, &fit)?;
+            let mut notices = Notices::default();
+            let found = pipeline::judge(&capture, &model, &fresh.model, &options, &mut notices)?;
+            output::notices(common, &notices.0);
+            let diagnosis = found.diagnosed.diagnosis.clone();
+            judged = Some(found);
             diagnosis
         }
         None => {
@@ -52,13 +59,15 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
             run.diagnosis
         }
     };
-    let words = match &numbers {
-        Some(numbers) => in_words(&diagnosis) + &of_model(&diagnosis, numbers),
+    let words = match &judged {
+        Some(judged) => of_model(&diagnosis, judged) + "\nwhat its predictions lack: " + &in_words(&diagnosis),
         None => in_words(&diagnosis),
     };
     let said = Said {
         diagnosis: &diagnosis,
-        numbers,
+        numbers: judged.as_ref().map(|j| j.numbers.as_slice()),
+        structure: judged.as_ref().map(|j| j.structure.as_slice()),
+        lent: judged.as_ref().map(|j| j.lent.as_slice()),
     };
     output::result(common, &words, &said)?;
     Ok(ExitCode::SUCCESS)
@@ -90,7 +99,7 @@ fn in_words(diagnosis: &Diagnosis) -> String {
 }
 
 /// How far a given model's predictions are off, and which of its numbers the capture excludes.
-fn of_model(diagnosis: &Diagnosis, numbers: &[Compared]) -> String {
+fn of_model(diagnosis: &Diagnosis, judged: &Judged) -> String {
     let base = &diagnosis.base;
     let unit = |name: &str| match name {
         "force" => "N",
@@ -105,22 +114,43 @@ fn of_model(diagnosis: &Diagnosis, numbers: &[Compared]) -> String {
     };
     let off: Vec<String> = base.rmse.iter().map(of).collect();
     let mut text = match off.is_empty() {
-        true => {
-            "\nwhat the model predicts could not be laid beside what was measured (--verbose says why)\n".to_owned()
-        }
-        false => format!("\nthe model's predictions are off by (rms): {}\n", off.join(", ")),
+        true => "what the model predicts could not be laid beside what was measured\n".to_owned(),
+        false => format!("the model's predictions are off by (rms): {}\n", off.join(", ")),
     };
-    let (outside, within): (Vec<&Compared>, Vec<&Compared>) = numbers.iter().partition(|n| n.outside);
-    if numbers.is_empty() {
+    for trace in judged.diagnosed.traces.iter().filter(|t| t.curves.is_empty()) {
+        let why = trace.remark.as_deref().unwrap_or("nothing to compare");
+        text += &format!("not foretold: {}: {why}\n", trace.interaction);
+    }
+    for lent in &judged.lent {
+        text += &format!("not in the model, taken from the capture for this: {lent}\n");
+    }
+    for words in &judged.structure {
+        text += &format!("- {words}\n");
+    }
+    let (outside, within): (Vec<&Compared>, Vec<&Compared>) = judged.numbers.iter().partition(|n| n.outside);
+    if judged.numbers.is_empty() {
         return text + "this capture measures none of the model's numbers\n";
     }
-    text += &format!(
-        "of its numbers that a fresh fit to this capture measures, {} lie outside of the 95 % and {} within\n",
-        outside.len(),
-        within.len()
-    );
+    if outside.is_empty() && judged.structure.is_empty() {
+        let count = within.len();
+        text += &format!(
+            "the model is right as far as this capture tells: all {count} of its numbers that were measured fit\n"
+        );
+    } else {
+        text += &format!(
+            "of its numbers that this capture measures, {} lie outside of the 95 % and {} within\n",
+            outside.len(),
+            within.len()
+        );
+    }
     for number in outside {
         text += &format!("- {number}\n");
+    }
+    if !within.is_empty() {
+        text += "within:\n";
+    }
+    for number in within {
+        text += &format!("  {number}\n");
     }
     text
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::adopt_urdf::adopt_urdf;
+use super::drag::drag;
 use crate::base::{Error, Estimate, Pose, Result, Status, Value, read_bytes};
 use crate::geometry::{DecompositionConfig, Mesh, convex_parts, is_closed_manifold, parse_mesh};
 use crate::twin::{Body, FORMAT, Link, Model, Provenance, SupportPlane, Twin};
@@ -48,6 +49,7 @@ pub fn adopt(file: &Path, trust: Trust) -> Result<Model> {
         _ => adopt_mesh(file)?,
     };
     set_down(&mut model);
+    drag(&mut model, trust);
     model
         .twin
         .sanity_check()

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use urdf_rs::{Geometry, JointType, Robot};
 
-use super::adopt::{GRAVITY, Trust, empty, placed, shape};
+use super::adopt::{Trust, empty, placed, shape};
 use super::inertial::six;
 use super::xml::{Element, parse};
-use crate::base::{Error, Estimate, Pose, Result, read_bytes, read_text};
+use crate::base::{Error, Pose, Result, read_bytes, read_text};
 use crate::geometry::{Mesh, parse_mesh, solids};
 use crate::twin::{Body, Coupling, Joint, JointEffects, JointKind, Link, Model};
 
@@ -51,9 +51,6 @@ pub(super) fn adopt_urdf(file: &Path, trust: Trust) -> Result<Model> {
                 body.joints.push(hold(file, joint, &worlds[&joint.child.link], trust)?);
                 open.push(joint.child.link.clone());
             }
-        }
-        if let [alone] = body.links.as_mut_slice() {
-            drag(alone, trust);
         }
         model.twin.bodies.push(body);
     }
@@ -104,16 +101,6 @@ fn surface(out: &mut Link, tags: &Element, trust: Trust) {
     out.friction.kinetic = of_drake("drake:mu_dynamic").or(sliding);
     out.friction.static_ = of_drake("drake:mu_static");
     out.restitution = of_bullet("restitution").map(|v| trust.estimate(v, "1"));
-}
-
-/// What a thing that slides alone on the table drags by: its coefficients times its weight, which is what pushes are predicted from.
-fn drag(link: &mut Link, trust: Trust) {
-    let Some(mass) = link.mass.as_ref().map(|m| m.value) else {
-        return;
-    };
-    let force = |mu: &Option<Estimate>| mu.as_ref().map(|mu| trust.estimate(mu.value * mass * GRAVITY, "N"));
-    link.friction_force.static_ = force(&link.friction.static_);
-    link.friction_force.kinetic = force(&link.friction.kinetic);
 }
 
 fn meshes(file: &Path, link: &urdf_rs::Link) -> Result<(Vec<Mesh>, Vec<Mesh>)> {

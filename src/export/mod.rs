@@ -8,6 +8,7 @@ mod colliders;
 mod coupled;
 mod deed;
 mod doubts;
+mod drag;
 mod draw;
 mod engine;
 mod feet;

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Isometry2, Isometry3, Matrix2xX, Point2, UnitQu
 use super::Footprint;
 use super::foot::{Foot, centre_of, foot, loaded};
 use super::quasistatic::Dissipator;
-use crate::base::Pose;
+use crate::base::{Estimate, Pose};
 use crate::geometry::Mesh;
 use crate::twin::{Body, Joint, JointKind, Model};
 
@@ -24,8 +24,20 @@ struct PlaneJoint {
     child: usize,
     freedom: Freedom,
     friction: f64,
+    damping: f64,
+    /// Spring, and where it is slack.
+    spring: [f64; 2],
+    /// Ends of the range that are known outright.
+    ends: Option<[f64; 2]>,
+    /// Where it was at the start of this action, and how far it has moved since.
+    began: f64,
     position: f64,
+    /// Stopped at an end.
+    stopped: bool,
 }
+
+/// What holds a joint at the end of its range, N or N·m.
+const STOP: f64 = 1e4;
 
 #[derive(Clone, Debug)]
 struct PlaneLink {
@@ -181,6 +193,8 @@ impl Linkage {
                     rows,
                     force: foot.force,
                     creep: foot.creep,
+                    damping: 0.0,
+                    pull: 0.0,
                 });
             }
         }
@@ -189,8 +203,10 @@ impl Linkage {
             rows[(0, 3 + k)] = 1.0;
             all.push(Dissipator {
                 rows,
-                force: joint.friction.max(1e-6),
+                force: if joint.stopped { STOP } else { joint.friction.max(1e-6) },
                 creep: 0.0,
+                damping: joint.damping,
+                pull: joint.spring[0] * (joint.began + joint.position - joint.spring[1]),
             });
         }
         all
@@ -224,6 +240,26 @@ impl Linkage {
         };
         let ahead = force * ((height - foot.ground).max(0.0) / (mass * gravity).max(1e-6));
         link.ahead = ahead * (foot.radius / ahead.norm().max(foot.radius));
+    }
+
+    /// Whether a velocity carries a joint beyond an end of its range in `dt` seconds that it did not stop at yet; those
+    /// stop there.
+    pub fn stops(&mut self, velocity: &DVector<f64>, dt: f64) -> bool {
+        let mut any = false;
+        for (k, joint) in self.joints.iter_mut().enumerate() {
+            let next = joint.began + joint.position + velocity[3 + k] * dt;
+            let beyond = joint.ends.is_some_and(|[low, high]| {
+                (next < low && velocity[3 + k] < 0.0) || (next > high && velocity[3 + k] > 0.0)
+            });
+            any |= beyond && !joint.stopped;
+            joint.stopped |= beyond;
+        }
+        any
+    }
+
+    /// No joint is stopped any more.
+    pub fn loosen(&mut self) {
+        self.joints.iter_mut().for_each(|j| j.stopped = false);
     }
 
     /// Moves everything by a generalised velocity for `dt` seconds.
@@ -296,12 +332,30 @@ fn plane_joint(
         JointKind::Prismatic if axis.z.abs() < 0.3 => Freedom::Slide(axis.xy().normalize()),
         _ => return None,
     };
-    let friction = joint.friction.as_ref().map_or(0.0, |f| f.value);
+    let number = |e: &Option<Estimate>| e.as_ref().map_or(0.0, |e| e.value);
+    let stated = joint.limits.as_ref().filter(|l| l.sd.is_none());
+    // In the plane a turn counts about the normal, whichever way the axis points.
+    let sign = match &freedom {
+        Freedom::Turn(_) => axis.z.signum(),
+        Freedom::Slide(_) => 1.0,
+    };
+    let first = carried * body.links[child].pose.0;
+    let now = turn * start.get(&joint.child)?.0;
+    let began = match &freedom {
+        Freedom::Turn(_) => (now.rotation * first.rotation.inverse()).scaled_axis().z,
+        Freedom::Slide(along) => (now.translation.vector - first.translation.vector).xy().dot(along),
+    };
+    let ends = stated.map(|l| l.value.map(|x| sign * x));
     Some(PlaneJoint {
         parent,
         child,
-        freedom,
-        friction,
+        began,
         position: 0.0,
+        freedom,
+        friction: number(&joint.friction),
+        damping: number(&joint.damping),
+        spring: [number(&joint.stiffness), sign * number(&joint.rest)],
+        ends: ends.map(|[a, b]| [a.min(b), a.max(b)]),
+        stopped: false,
     })
 }

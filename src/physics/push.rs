@@ -185,7 +185,11 @@ impl Hand {
             Some(start) => self.holding(linkage, &start, &to.1, dt),
             None => self.touching(linkage, &to.1, tool_velocity, dt)?,
         };
-        let solved = solve_contact(&linkage.dissipators(), &contact)?;
+        linkage.loosen();
+        let mut solved = solve_contact(&linkage.dissipators(), &contact)?;
+        if linkage.stops(&solved.velocity, dt) {
+            solved = solve_contact(&linkage.dissipators(), &contact)?;
+        }
         linkage.advance(&solved.velocity, dt);
         Some(solved.force)
     }

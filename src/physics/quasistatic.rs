@@ -16,6 +16,10 @@ pub struct Dissipator {
     pub force: f64,
     /// Speed below which friction is viscous, m/s (rad/s): less than the full force lets it creep, it never holds.
     pub creep: f64,
+    /// What resists in proportion to speed besides, N·s/m (N·m·s/rad).
+    pub damping: f64,
+    /// What pulls back along the first row whatever the speed, N (N·m): a spring.
+    pub pull: f64,
 }
 
 /// The tool's contact: the velocity of the touched material point is `jacobian q'`.
@@ -80,14 +84,18 @@ fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSo
         .map(|e| contact.tool_velocity.norm().max(least(e)))
         .collect();
     let mut force = Vector2::zeros();
+    let pull = dissipators.iter().filter(|e| e.pull != 0.0);
+    let pull = pull.fold(DVector::zeros(n), |sum: DVector<f64>, e| {
+        sum + e.rows.row(0).transpose() * e.pull
+    });
     for _ in 0..PASSES {
         let mut weight = DMatrix::from_diagonal_element(n, n, 1e-9);
         for (element, speed) in dissipators.iter().zip(&speeds) {
-            weight += element.rows.transpose() * &element.rows * (element.force / speed);
+            weight += element.rows.transpose() * &element.rows * (element.force / speed + element.damping);
         }
         let Some(inverse) = weight.try_inverse() else { break };
         let before = velocity.clone();
-        (velocity, force) = balance(&inverse, contact, mode);
+        (velocity, force) = balance(&inverse, &pull, contact, mode);
         for (element, speed) in dissipators.iter().zip(&mut speeds) {
             *speed = (&element.rows * &velocity).norm().max(least(element));
         }
@@ -98,26 +106,30 @@ fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSo
     ContactSolution { velocity, force }
 }
 
-/// One linear balance with fixed weights: `q' = W^-1 J' f` with the contact's speeds met.
-fn balance(inverse: &DMatrix<f64>, contact: &Contact, mode: Mode) -> (DVector<f64>, Vector2<f64>) {
+/// One linear balance with fixed weights: `q' = W^-1 (J' f - pull)` with the contact's speeds met.
+fn balance(inverse: &DMatrix<f64>, pull: &DVector<f64>, contact: &Contact, mode: Mode) -> (DVector<f64>, Vector2<f64>) {
     let jacobian = &contact.jacobian;
     let mobility = jacobian * inverse * jacobian.transpose();
+    // How the contact would move if the tool were not there.
+    let slack = inverse * pull;
+    let back = jacobian * &slack;
+    let wanted = contact.tool_velocity + Vector2::new(back[0], back[1]);
     let force = match mode {
         // A direction in which the body cannot go takes no part: what the tool meets there is not friction.
         Mode::Stick => {
             let square = nalgebra::Matrix2::new(mobility[(0, 0)], mobility[(0, 1)], mobility[(1, 0)], mobility[(1, 1)]);
             let smallest = 1e-6 * square.trace();
             let inverse = square.pseudo_inverse(smallest.max(f64::MIN_POSITIVE));
-            inverse.map_or_else(|_| Vector2::zeros(), |inverse| inverse * contact.tool_velocity)
+            inverse.map_or_else(|_| Vector2::zeros(), |inverse| inverse * wanted)
         }
         Mode::Slide(push) => {
             let along = contact
                 .inward
                 .dot(&Vector2::from_column_slice((mobility * push).as_slice()));
-            push * (contact.inward.dot(&contact.tool_velocity) / along.max(1e-12))
+            push * (contact.inward.dot(&wanted) / along.max(1e-12))
         }
     };
-    (inverse * jacobian.transpose() * force, force)
+    (inverse * jacobian.transpose() * force - slack, force)
 }
 
 #[cfg(test)]
@@ -140,6 +152,8 @@ mod tests {
                 rows,
                 force: fmax,
                 creep: 0.0,
+                damping: 0.0,
+                pull: 0.0,
             }],
             contact,
         )

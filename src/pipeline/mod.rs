@@ -6,6 +6,7 @@ mod calibrate;
 mod diagnose;
 mod explore;
 mod extend;
+mod given;
 mod options;
 mod pass;
 mod symmetries;
@@ -13,7 +14,7 @@ mod touches;
 
 pub use build::{Run, build};
 pub use calibrate::{calibrate_camera, calibrate_force, calibrate_friction, learn_snapshots};
-pub use diagnose::diagnose;
+pub use diagnose::{Judged, diagnose, judge};
 pub use explore::{Exploration, ExploreOptions, Step, explore};
 pub use options::Options;
 pub use pass::Pass;

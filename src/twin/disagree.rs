@@ -2,9 +2,10 @@
 
 use std::fmt;
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::{Link, Twin};
+use super::{Joint, Link, Twin};
 use crate::base::Estimate;
 
 /// A number of a model beside a measured one.
@@ -24,6 +25,9 @@ pub struct Compared {
     pub outside: bool,
     /// Of all four.
     pub unit: String,
+    /// What has to be known to read it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 impl fmt::Display for Compared {
@@ -36,9 +40,10 @@ impl fmt::Display for Compared {
         let [low, high] = self.ci95.map(said);
         let (about, quantity) = (&self.about, &self.quantity);
         let (model, measured) = (said(self.model), said(self.measured));
+        let note = self.note.as_ref().map_or(String::new(), |n| format!(" ({n})"));
         write!(
             f,
-            "{about}: {quantity} is {model} {unit} in the model; measured {measured} [{low}, {high}] {unit}"
+            "{about}: {quantity} is {model} {unit} in the model; measured {measured} [{low}, {high}] {unit}{note}"
         )
     }
 }
@@ -46,29 +51,96 @@ impl fmt::Display for Compared {
 /// A number of the model beside the measured one.
 type Beside<'a> = (&'static str, &'a Option<Estimate>, &'a Option<Estimate>);
 
-/// The numbers of `model` for which `measured` measured something of links of the same names, or of joints between them.
+/// The numbers of the links of `model` for which `measured` measured something of links of the same names.
 pub fn compared(model: &Twin, measured: &Twin) -> Vec<Compared> {
+    let both = model.links().filter_map(|(_, l)| Some((l, measured.link(&l.name)?)));
+    both.flat_map(|(link, found)| of_link(link, found)).collect()
+}
+
+/// Axes, places and ends of the joints of `model` beside those of `measured` between links of the same names, both at the
+/// first view.
+pub fn joints_compared(model: &Twin, measured: &Twin) -> Vec<Compared> {
     let mut all = Vec::new();
-    for (_, link) in model.links() {
-        if let Some(found) = measured.link(&link.name) {
-            all.extend(of_link(link, found));
-        }
-    }
     for joint in model.joints() {
-        let same = |j: &&super::Joint| j.parent == joint.parent && j.child == joint.child && j.kind == joint.kind;
-        let Some(found) = measured.joints().find(same) else {
-            continue;
-        };
-        let rows: [Beside; 4] = [
-            ("friction", &joint.friction, &found.friction),
-            ("damping", &joint.damping, &found.damping),
-            ("stiffness", &joint.stiffness, &found.stiffness),
-            ("pitch", &joint.pitch, &found.pitch),
-        ];
-        all.extend(rows.into_iter().filter_map(|row| beside(&joint.name, row)));
+        let same = |j: &&Joint| j.parent == joint.parent && j.child == joint.child && j.kind == joint.kind;
+        let turned = |j: &&Joint| j.parent == joint.child && j.child == joint.parent && j.kind == joint.kind;
+        let found = measured.joints().find(same);
+        if let Some(found) = found.or_else(|| measured.joints().find(turned)) {
+            all.extend(axes(joint, found));
+        }
+        let Some(found) = found else { continue };
+        all.extend(ends(joint, found));
+        all.extend(beside(&joint.name, ("pitch", &joint.pitch, &found.pitch)));
     }
     all
 }
+
+/// What the frames of a model and of tracks may be off against each other: rad, m.
+const FRAMES: [f64; 2] = [5e-3, 5e-4];
+/// 95 % quantile of the length of a vector of two normal components.
+const TWO: f64 = 2.448;
+
+/// The angle between two axes, and for what turns the distance between them, each from the measured one.
+fn axes(joint: &Joint, found: &Joint) -> Vec<Compared> {
+    let (own, axis) = (Vector3::from(joint.axis.value), Vector3::from(found.axis.value));
+    let widest = |e: &Estimate<[f64; 3]>| e.sd.map(|sd| sd.into_iter().fold(0.0, f64::max));
+    let of = |quantity: &str, value: f64, bound: f64, unit: &str| Compared {
+        about: joint.name.clone(),
+        quantity: quantity.into(),
+        model: value,
+        measured: 0.0,
+        ci95: [0.0, bound],
+        outside: value > bound,
+        unit: unit.into(),
+        note: None,
+    };
+    let mut all = Vec::new();
+    if let Some(sd) = widest(&found.axis).filter(|_| found.axis.is_measured()) {
+        let angle = own.cross(&axis).norm().atan2(own.dot(&axis).abs());
+        all.push(of("angle to the measured axis", angle, TWO * sd + FRAMES[0], "rad"));
+    }
+    if let Some(sd) = widest(&found.origin).filter(|_| joint.axis_turns() && found.origin.is_measured()) {
+        let apart = Vector3::from(joint.origin.value) - Vector3::from(found.origin.value);
+        let away = (apart - axis * apart.dot(&axis)).norm();
+        all.push(of("distance from the measured axis", away, TWO * sd + FRAMES[1], "m"));
+    }
+    all
+}
+
+/// Ends of the range that were reached.
+fn ends(joint: &Joint, found: &Joint) -> Vec<Compared> {
+    let both = joint
+        .limits
+        .as_ref()
+        .zip(found.limits.as_ref().filter(|l| l.is_measured()));
+    let Some((own, limits)) = both else { return Vec::new() };
+    // Axes may point either way.
+    let along = Vector3::from(joint.axis.value).dot(&Vector3::from(found.axis.value)) > 0.0;
+    let width = limits.value[1] - limits.value[0];
+    let end = |k: usize| {
+        let ([low, high], sd) = (limits.ci95?[k], limits.sd?[k]);
+        let frames = FRAMES[usize::from(!joint.axis_turns())];
+        let ([low, high], at) = match along {
+            true => ([low - frames, high + frames], limits.value[k]),
+            false => ([-high - frames, -low + frames], -limits.value[k]),
+        };
+        let other = if along { k } else { 1 - k };
+        (sd < REACHED * width).then(|| Compared {
+            about: joint.name.clone(),
+            quantity: ["lower end", "upper end"][other].into(),
+            model: own.value[other],
+            measured: at,
+            ci95: [low, high],
+            outside: outside(own.value[other], own.ci95.map(|c| c[other]), [low, high]),
+            unit: limits.unit.clone(),
+            note: Some("from the first view".into()),
+        })
+    };
+    (0..2).filter_map(end).collect()
+}
+
+/// An end that is known worse than this share of the range was not reached.
+const REACHED: f64 = 0.1;
 
 fn of_link(link: &Link, found: &Link) -> Vec<Compared> {
     let rows: [Beside; 6] = [
@@ -84,6 +156,16 @@ fn of_link(link: &Link, found: &Link) -> Vec<Compared> {
         ("restitution", &link.restitution, &found.restitution),
     ];
     let mut all: Vec<Compared> = rows.into_iter().filter_map(|row| beside(&link.name, row)).collect();
+    // Where weight and coefficient were not told apart their product was.
+    let measured = |e: &Option<Estimate>| e.as_ref().is_some_and(Estimate::is_measured);
+    if !(measured(&found.mass) && measured(&found.friction.kinetic)) {
+        let (own, force) = (&link.friction_force.kinetic, &found.friction_force.kinetic);
+        let row = beside(&link.name, ("friction force on the table", own, force));
+        all.extend(row.map(|row| Compared {
+            note: Some("coefficient times weight: which of the two, this does not tell".into()),
+            ..row
+        }));
+    }
     let com = link.com.as_ref().zip(found.com.as_ref().filter(|e| e.is_measured()));
     for k in 0..3 {
         let own = com.and_then(|(e, _)| e.ci95).map(|c| c[k]);
@@ -96,6 +178,7 @@ fn of_link(link: &Link, found: &Link) -> Vec<Compared> {
             ci95,
             outside: outside(value, own, ci95),
             unit: "m".into(),
+            note: None,
         }));
     }
     all
@@ -112,6 +195,7 @@ fn beside(about: &str, (quantity, model, measured): Beside) -> Option<Compared> 
         ci95,
         outside: outside(model.value, model.ci95, ci95),
         unit: measured.unit.clone(),
+        note: None,
     })
 }
 

@@ -16,7 +16,9 @@ mod fit;
 mod frames;
 mod given;
 mod inertia;
+mod joint_numbers;
 mod joint_paths;
+mod joint_told;
 mod joints;
 mod levels;
 mod loads;
@@ -59,5 +61,6 @@ mod white;
 
 pub use config::Config;
 pub use diagnose::{Diagnosed, diagnose};
+pub use joint_numbers::joint_numbers;
 pub use levels::{Level, Number};
 pub use trace::{Curve, Path, Quantity, Trace};

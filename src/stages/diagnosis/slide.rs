@@ -30,7 +30,8 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     let remark = (action.tool.hold == Hold::Push).then(|| {
         format!(
             "the tool met the surface {:.1} mm from where the mesh has it (fitted anew)",
-            gap * 1e3
+            // No minus before nought.
+            (gap * 1e4).round() / 10.0 + 0.0
         )
     });
     let path = |(name, poses): (String, Vec<Pose>)| {

@@ -114,6 +114,8 @@ fn push(
         rows: DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![1.0, 1.0, radius])),
         force: friction,
         creep: 0.0,
+        damping: 0.0,
+        pull: 0.0,
     };
     let contact = Contact {
         jacobian: Matrix2xX::from_row_slice(&[1.0, 0.0, -arm.y, 0.0, 1.0, arm.x]),

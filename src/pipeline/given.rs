@@ -1,0 +1,119 @@
+//! A capture and a model as one that has no fixed joints: what they hold to each other is one thing with one track.
+
+use std::collections::BTreeMap;
+
+use crate::base::Pose;
+use crate::capture::{Capture, Kind, PoseStream};
+use crate::stages::diagnosis::{Quantity, Trace};
+use crate::twin::{Body, Compared, Link, Lump, Lumped, Model, lumped};
+
+/// The model with one link for all that is held to each other, by the names that the capture tracks.
+pub(super) fn lumps_of(capture: &Capture, model: &Model) -> Lumped {
+    lumped(model, |name| {
+        let meant = |i: &&crate::capture::Interaction| i.target.as_deref() == Some(name);
+        let tracked = capture
+            .interactions
+            .iter()
+            .filter(|i| i.tracks.contains_key(name))
+            .count();
+        2 * tracked + capture.interactions.iter().filter(meant).count()
+    })
+}
+
+/// The capture with one track for each lump, and lumps as what is touched.
+pub(super) fn as_lumps(capture: &Capture, lumps: &[Lump]) -> Capture {
+    let mut out = capture.clone();
+    let several: Vec<&Lump> = lumps.iter().filter(|l| l.members.len() > 1).collect();
+    for interaction in &mut out.interactions {
+        for lump in &several {
+            let member = |name: &str| lump.members.iter().find(|(n, _)| n == name);
+            if let Some(target) = interaction.target.as_mut().filter(|t| member(t).is_some()) {
+                target.clone_from(&lump.name);
+            }
+            let own = own_track(&interaction.tracks, lump);
+            interaction.tracks.retain(|name, _| member(name).is_none());
+            if let Some(track) = own {
+                interaction.tracks.insert(lump.name.clone(), track);
+            }
+        }
+    }
+    out
+}
+
+/// The track of the lump's own member, else that of another, carried over.
+fn own_track(tracks: &BTreeMap<String, PoseStream>, lump: &Lump) -> Option<PoseStream> {
+    if let Some(own) = tracks.get(&lump.name) {
+        return Some(own.clone());
+    }
+    let (track, place) = lump
+        .members
+        .iter()
+        .find_map(|(name, place)| Some((tracks.get(name)?, place)))?;
+    let mut out = track.clone();
+    for i in 0..track.len() {
+        if let Some(pose) = track.pose(i) {
+            let Pose(carried) = Pose(pose.0 * place.0.inverse());
+            out.position[i] = carried.translation.vector.into();
+            out.rotation[i] = Some(carried.rotation);
+        }
+    }
+    Some(out)
+}
+
+/// How the force of friction is called where coefficient and weight are not told apart.
+pub(super) const FORCE: &str = "friction force on the table";
+/// What stands on the table moved where it went this far, m.
+const MOVED: f64 = 0.01;
+/// How well one push tells friction on the table, as a share: it strays from push to push.
+const ONE_PUSH: f64 = 0.03;
+/// Fewest samples of a force.
+const SAMPLES: usize = 10;
+
+/// The friction on the table of bodies that have joints, by the forces that it took beside those that were foretold with
+/// the model's.
+pub(super) fn table_friction(capture: &Capture, given: &Model, traces: &[Trace]) -> Vec<Compared> {
+    let jointed = given.twin.bodies.iter().filter(|b| b.links.len() > 1);
+    jointed.filter_map(|body| friction_of(capture, body, traces)).collect()
+}
+
+fn friction_of(capture: &Capture, body: &Body, traces: &[Trace]) -> Option<Compared> {
+    let drags = |l: &&Link| l.friction_force.kinetic.is_some();
+    let standing: Vec<&Link> = body.links.iter().filter(drags).collect();
+    let [alone] = standing.as_slice() else { return None };
+    let own = alone.friction_force.kinetic.as_ref()?.value;
+    let pushed = |t: &&Trace| {
+        let done = capture.interactions.iter().find(|i| i.name == t.interaction);
+        done.is_some_and(|i| matches!(i.kind, Kind::Push | Kind::Pull) && i.target.as_deref() == Some(&alone.name))
+    };
+    let shares: Vec<f64> = traces.iter().filter(pushed).filter_map(|t| share(t, alone)).collect();
+    let count = shares.len() as f64;
+    let mean = shares.iter().sum::<f64>() / count;
+    let scatter = (shares.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt();
+    let measured = own * mean;
+    let half = 1.96 * measured * ONE_PUSH.max(scatter) / count.sqrt();
+    let ci95 = [measured - half, measured + half];
+    (count > 0.0).then(|| Compared {
+        about: alone.name.clone(),
+        quantity: FORCE.into(),
+        model: own,
+        measured,
+        ci95,
+        outside: own < ci95[0] || own > ci95[1],
+        unit: "N".into(),
+        note: Some("by pushes; coefficient times weight: which of the two, this does not tell".into()),
+    })
+}
+
+/// The mean force of one push over the mean of what was foretold, where it slides.
+fn share(trace: &Trace, standing: &Link) -> Option<f64> {
+    let path = &trace.paths.get(&standing.name)?.poses;
+    let way = path.last()?.translation.vector - path.first()?.translation.vector;
+    let curve = trace.curves.iter().find(|c| c.quantity == Quantity::Force)?;
+    let both = curve.measured.iter().zip(&curve.predicted);
+    let pairs: Vec<(f64, f64)> = both
+        .filter(|(m, p)| m.is_finite() && **p > 0.0)
+        .map(|(m, p)| (*m, *p))
+        .collect();
+    let (measured, foretold) = pairs.iter().fold((0.0, 0.0), |(a, b), (m, p)| (a + m, b + p));
+    (pairs.len() >= SAMPLES && way.norm() > MOVED).then(|| measured / foretold)
+}

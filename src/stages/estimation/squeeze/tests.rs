@@ -141,11 +141,6 @@ fn intervals_of_a_relaxation_hold_at_their_rate() {
         at(1, 0.5),
         at(1, 0.95)
     );
-    assert!(
-        told >= 180
-            && held
-                .iter()
-                .all(|h| (0.92..=0.99).contains(&(f64::from(*h) / f64::from(told))))
-    );
+    assert!(told >= 180 && held.iter().all(|h| (0.92..=0.99).contains(&(*h as f64 / told as f64))));
     assert!(at(1, 0.95) < 0.1);
 }

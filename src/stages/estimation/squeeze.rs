@@ -7,8 +7,8 @@ use super::squeeze_profile::ends;
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median};
 use crate::physics::ElasticLaw;
 
-/// Lag between force and position over the time from reading to reading (1 sd): within half of it either way.
-const LAG: f64 = 0.3;
+/// Lag between force and position over the time from reading to reading (1 sd): evenly within half of it either way.
+const LAG: f64 = 0.2887;
 /// Share by which the laws themselves may be off.
 const FORM: f64 = 0.003;
 /// Twice the gain in log likelihood that an extension must bring, per effective sample counted.

@@ -119,7 +119,8 @@ const CLEAR: f64 = 5.0;
 
 /// Fits spring, damping, contact and lag, then hardening and relaxation where the data ask for them.
 pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<Squeezed> {
-    let free = [true, true, true, true, false, false, false, false];
+    // Of the lag a press tells nothing but by the one reading about first touch, which is no slope to go by: it is held.
+    let free = [true, true, true, false, false, false, false, false];
     let prior = [stiffness.ln(), 0.0, contact, 0.0, 0.0, 0.0, f64::ln(0.4), 0.0];
     let mut best = fit(course, &free, &prior, &prior)?;
     for extension in [&[RELAXING, RELAXING + 1][..], &[DRY][..], &[HARDENING][..]] {
@@ -195,10 +196,12 @@ fn read(course: &Course, found: &Found, prior: &[f64; UNKNOWN]) -> Squeezed {
     let k = x[0].exp();
     let own = sd(0).hypot(FORM);
     let damping = x[1] * k;
+    let lag = course.lag();
+    let told = sd(1).hypot(lag).hypot(x[1] * own);
     Squeezed {
         stiffness: (k, k * own),
-        damping: (damping, (k * sd(1)).hypot(damping * own)),
-        lagging: (sd(3) / (sd(1).hypot(x[1] * own)).max(1e-300)).powi(2).min(1.0),
+        damping: (damping, k * told),
+        lagging: (lag / told.max(1e-300)).powi(2),
         hardening: free[HARDENING].then(|| (x[HARDENING], sd(HARDENING))),
         relaxing: free[RELAXING].then(|| {
             let slow = ends(course, found, prior, RELAXING + 1).map(f64::exp);

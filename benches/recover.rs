@@ -1,6 +1,9 @@
-//! Recover the truth on random bodies of the lab: `cargo bench --bench recover -- [BODIES [FIRST_SEED]] [WAY] [scattered]`. Prints
+//! Recover the truth on random bodies of the lab: `cargo bench --bench recover -- [BODIES [FIRST_SEED]] [WAY] [scattered] [instruments]`. Prints
 //! errors and how often the stated intervals hold the truth, by what was done: weighed, coasted, tilted, or only pushed slowly.
 //! `scattered` draws how well friction and springs repeat for each body (half to twice of what is usual); else all have that.
+//! `instruments` gives each capture the faults that intervals allow for whatever is recorded (the scale of the force, its clock
+//! against that of the tool, the tool's frame), drawn as they are believed; else the lab's instruments have none of them, and what
+//! allows for them seems too wide.
 #![allow(
     missing_docs,
     clippy::expect_used,
@@ -15,11 +18,14 @@ mod random_box;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nalgebra::Vector3;
 use palpate::base::{Estimate, Progress, Seed, Status, rng_for};
+use palpate::capture::Capture;
 use palpate::lab::{Scene, synthesise};
 use palpate::pipeline::{Options, Pass, build};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use random_box::{RandomBox, SCATTER};
 
 const WAYS: [&str; 4] = ["lift", "coast", "tilt", "slow"];
@@ -107,6 +113,31 @@ fn component(value: &[f64], ci95: Option<&[[f64; 2]]>, status: Status, method: &
     }
 }
 
+/// Faults of the instruments as they are believed beforehand: the scale of the force (1 sd), by how much of the time between
+/// two readings force and tool may be out of step (either way, evenly), and where the tool is, m (1 sd per axis).
+const SCALE: f64 = 1e-3;
+const STEP_SHARE: f64 = 0.5;
+const FRAME: f64 = 2e-4;
+
+/// Draws these faults for one capture: the same in all that was done.
+fn misread(capture: &mut Capture, dice: &mut ChaCha8Rng) {
+    let mut normal = |sd: f64| -> f64 { sd * dice.sample::<f64, _>(StandardNormal) };
+    let (gain, shift) = (1.0 + normal(SCALE), Vector3::from_fn(|_, _| normal(FRAME)));
+    let late = dice.random_range(-STEP_SHARE..STEP_SHARE);
+    for interaction in &mut capture.interactions {
+        if let Some(stream) = &mut interaction.force {
+            let count = stream.time.len().max(2) - 1;
+            let step = (stream.time[count] - stream.time[0]) / count as f64;
+            stream.time.iter_mut().for_each(|t| *t += late * step);
+            let torques = stream.torque.iter_mut().flatten();
+            stream.force.iter_mut().chain(torques).for_each(|f| *f *= gain);
+        }
+        if let Some(path) = &mut interaction.tool_path {
+            path.position.iter_mut().for_each(|p| *p += shift);
+        }
+    }
+}
+
 /// A box with a hidden weight, and what is done to it.
 fn scene(dice: &mut ChaCha8Rng, way: &str, scatter: f64) -> Scene {
     let RandomBox { size, mut text } = RandomBox::draw_with(dice, scatter);
@@ -182,7 +213,8 @@ fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
     let (bodies, first) = (numbers.next().unwrap_or(16), numbers.next().unwrap_or(0));
     let only = WAYS.into_iter().find(|way| std::env::args().any(|a| a == *way));
-    let scattered = std::env::args().any(|a| a == "scattered");
+    let said = |word: &str| std::env::args().any(|a| a == word);
+    let (scattered, instruments) = (said("scattered"), said("instruments"));
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
     let mut open = Unknowable::default();
     for i in first..first + bodies {
@@ -195,13 +227,16 @@ fn main() {
             false => SCATTER,
         };
         let scene = scene(&mut rng_for(Seed(i), "recover"), way, scatter);
-        let made = match synthesise(&scene, Path::new("."), Seed(i), &Progress::silent()) {
+        let mut made = match synthesise(&scene, Path::new("."), Seed(i), &Progress::silent()) {
             Ok(made) => made,
             Err(e) => {
                 println!("body {i}: {e}");
                 continue;
             }
         };
+        if instruments {
+            misread(&mut made.capture, &mut rng_for(Seed(i), "instruments"));
+        }
         let options = Options {
             passes: vec![Pass::Shape, Pass::Physics],
             ..Options::default()

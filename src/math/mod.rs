@@ -5,6 +5,7 @@ mod distribution;
 mod dual;
 mod levenberg_marquardt;
 mod linear;
+mod profile;
 mod random_effects;
 mod robust;
 mod rotation;
@@ -14,11 +15,12 @@ mod turning;
 pub use correlated::{
     MeanEstimate, autocorrelation, batch_means_sd, block_bootstrap_sd, correlated_mean, effective_samples, ljung_box,
 };
-pub use distribution::{chi_squared_quantile, chi_squared_tail, normal_quantile, t_quantile, t_tail};
+pub use distribution::{chi_squared_quantile, chi_squared_tail, mixture_quantile, normal_quantile, t_quantile, t_tail};
 pub use dual::{Dual, Real};
 pub use levenberg_marquardt::{Fit, Loss, Settings, levenberg_marquardt, levenberg_marquardt_exact};
 pub use linear::{LinearFit, bayesian_linear, robust_linear, weighted_linear};
-pub use random_effects::{Pooled, random_effects, random_effects_expecting};
+pub use profile::profile_ends;
+pub use random_effects::{Marginal, Pooled, normalised, random_effects, random_effects_marginal, scatters};
 pub use robust::{mad_sd, median, quantile, trimmed_mean};
 pub use rotation::{mean_rotation, rotation_centre};
 pub use smoothing::{LocalFit, interpolate, local_quadratic};

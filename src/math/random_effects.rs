@@ -1,6 +1,6 @@
 //! One number from repeated trials that scatter more than each one's own noise says.
 
-use super::t_quantile;
+use super::{mixture_quantile, t_quantile};
 
 /// The mean over trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,42 +24,95 @@ const PRIOR_TRIALS: f64 = 2.0;
 ///
 /// Moment estimator of DerSimonian and Laird (1986), interval after Hartung and Knapp (2001).
 pub fn random_effects(values: &[f64], sds: &[f64], prior_between: f64) -> Option<Pooled> {
-    random_effects_expecting(values, sds, prior_between, PRIOR_TRIALS)
-}
-
-/// The same, `prior_between` counted as `prior_trials` trials.
-pub fn random_effects_expecting(values: &[f64], sds: &[f64], prior_between: f64, prior_trials: f64) -> Option<Pooled> {
-    let trials: Vec<(f64, f64)> = values
-        .iter()
-        .zip(sds)
-        .map(|(v, s)| (*v, s.max(1e-300)))
-        .filter(|(v, s)| v.is_finite() && s.is_finite())
-        .collect();
-    if trials.is_empty() {
-        return None;
-    }
+    let trials = finite(values, sds)?;
     let n = trials.len() as f64;
-    let weigh = |between: f64| {
-        let weights: Vec<f64> = trials.iter().map(|(_, s)| 1.0 / (s * s + between * between)).collect();
-        let total: f64 = weights.iter().sum();
-        let mean = trials.iter().zip(&weights).map(|((v, _), w)| v * w).sum::<f64>() / total;
-        (mean, total, weights)
-    };
     // Equal weights keep one over-confident trial from carrying the first pass.
     let plain = trials.iter().map(|(v, _)| v).sum::<f64>() / n;
     let scatter = trials.iter().map(|(v, _)| (v - plain).powi(2)).sum::<f64>();
     let own = trials.iter().map(|(_, s)| s * s).sum::<f64>() / n;
     let excess = (scatter - (n - 1.0) * own).max(0.0);
-    let between = ((excess + prior_trials * prior_between.powi(2)) / (n - 1.0 + prior_trials)).sqrt();
-    let (mean, total, _) = weigh(between);
-    let sd = total.recip().sqrt();
-    let half95 = t_quantile(0.975, n - 1.0 + prior_trials) * sd;
+    let between = ((excess + PRIOR_TRIALS * prior_between.powi(2)) / (n - 1.0 + PRIOR_TRIALS)).sqrt();
+    let (mean, sd, _) = weighed(&trials, between);
+    let half95 = t_quantile(0.975, n - 1.0 + PRIOR_TRIALS) * sd;
     Some(Pooled {
         mean,
         sd,
         between,
         half95,
     })
+}
+
+/// The mean over trials, the scatter between them integrated out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marginal {
+    /// The mean.
+    pub mean: f64,
+    /// Standard deviation of what is believed of it.
+    pub sd: f64,
+    /// Its 95 % interval: quantiles of what is believed, which need not be normal.
+    pub ci95: [f64; 2],
+}
+
+/// The same model with the scatter between trials integrated out, which is believed beforehand to be `expected`, give or take
+/// the factor `exp(log_sd)` (1 sd): a single trial has the tails that this gives it, and many tell their own scatter.
+pub fn random_effects_marginal(values: &[f64], sds: &[f64], expected: f64, log_sd: f64) -> Option<Marginal> {
+    let trials = finite(values, sds)?;
+    let nodes = scatters(expected, log_sd).map(|(between, log_prior)| {
+        let (mean, sd, log_likelihood) = weighed(&trials, between);
+        (log_prior + log_likelihood, mean, sd)
+    });
+    let parts = normalised(nodes.to_vec());
+    let mean = parts.iter().map(|p| p.0 * p.1).sum::<f64>();
+    let variance = parts
+        .iter()
+        .map(|p| p.0 * (p.2 * p.2 + (p.1 - mean).powi(2)))
+        .sum::<f64>();
+    let ci95 = [0.025, 0.975].map(|p| mixture_quantile(&parts, p, f64::INFINITY));
+    Some(Marginal {
+        mean,
+        sd: variance.sqrt(),
+        ci95,
+    })
+}
+
+/// Values of a scatter with the logarithms of what is believed of each beforehand, evenly in its logarithm.
+pub fn scatters(expected: f64, log_sd: f64) -> [(f64, f64); 13] {
+    std::array::from_fn(|i| {
+        let z = (i as f64 - 6.0) * 0.4;
+        (expected * (log_sd * z).exp(), -0.5 * z * z)
+    })
+}
+
+/// Logarithms of weights as weights that sum to one.
+pub fn normalised(mut parts: Vec<(f64, f64, f64)>) -> Vec<(f64, f64, f64)> {
+    let most = parts.iter().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
+    parts.iter_mut().for_each(|p| p.0 = (p.0 - most).exp());
+    let total: f64 = parts.iter().map(|p| p.0).sum();
+    parts.iter_mut().for_each(|p| p.0 /= total);
+    parts
+}
+
+fn finite(values: &[f64], sds: &[f64]) -> Option<Vec<(f64, f64)>> {
+    let trials: Vec<(f64, f64)> = values
+        .iter()
+        .zip(sds)
+        .map(|(v, s)| (*v, s.max(1e-300)))
+        .filter(|(v, s)| v.is_finite() && s.is_finite())
+        .collect();
+    (!trials.is_empty()).then_some(trials)
+}
+
+/// Weighted mean at a scatter, its standard error, and the logarithm of the likelihood of the scatter (restricted: the mean is
+/// integrated out).
+fn weighed(trials: &[(f64, f64)], between: f64) -> (f64, f64, f64) {
+    let variance = |s: f64| s * s + between * between;
+    let total: f64 = trials.iter().map(|(_, s)| variance(*s).recip()).sum();
+    let mean = trials.iter().map(|(v, s)| v / variance(*s)).sum::<f64>() / total;
+    let misses: f64 = trials
+        .iter()
+        .map(|(v, s)| (v - mean).powi(2) / variance(*s) + variance(*s).ln())
+        .sum();
+    (mean, total.recip().sqrt(), -0.5 * (misses + total.ln()))
 }
 
 #[cfg(test)]
@@ -84,6 +137,27 @@ mod tests {
             inside += usize::from((pooled.mean - 1.0).abs() < pooled.half95);
         }
         assert!(inside >= 460, "{inside} of 500");
+    }
+
+    #[test]
+    fn an_unknown_scatter_is_allowed_for_and_learnt() {
+        let mut dice = ChaCha8Rng::seed_from_u64(6);
+        for n in [1, 2, 8] {
+            let mut inside = 0;
+            for _ in 0..600 {
+                let z: f64 = StandardNormal.sample(&mut dice);
+                let scatter = 0.015 * (0.45 * z).exp();
+                let values: Vec<f64> = (0..n)
+                    .map(|_| {
+                        let a: f64 = StandardNormal.sample(&mut dice);
+                        1.0 + scatter.hypot(0.003) * a
+                    })
+                    .collect();
+                let found = random_effects_marginal(&values, &vec![0.003; n], 0.015, 0.45).expect("values");
+                inside += usize::from(found.ci95[0] < 1.0 && 1.0 < found.ci95[1]);
+            }
+            assert!((552..=588).contains(&inside), "{n} trials: {inside} of 600");
+        }
     }
 
     #[test]

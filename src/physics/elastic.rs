@@ -37,14 +37,12 @@ impl ElasticLaw {
             .map(|i| {
                 let touching = depth[i] > 0.0;
                 if i > 0 {
-                    // Exact for a constant rate over the step.
-                    let decay = (-(time[i] - time[i - 1]) / self.relaxation_time).exp();
-                    let drive = if touching {
-                        self.relaxing * self.stiffness * rate[i]
-                    } else {
-                        0.0
-                    };
-                    q = q * decay + drive * self.relaxation_time * (1.0 - decay);
+                    // Exact for a constant rate over the step, which is what was pressed in it: that at its end would miss where
+                    // in it the touch or the halt lies.
+                    let step = time[i] - time[i - 1];
+                    let decay = (-step / self.relaxation_time).exp();
+                    let pressed = (depth[i].max(0.0) - depth[i - 1].max(0.0)) / step.max(1e-9);
+                    q = q * decay + self.relaxing * self.stiffness * pressed * self.relaxation_time * (1.0 - decay);
                 }
                 let spring = self.stiffness * depth[i] * (1.0 + self.hardening * depth[i]);
                 if touching {
@@ -60,6 +58,29 @@ impl ElasticLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_press_that_halts_between_two_readings_relaxes_as_one_that_halts_at_one() {
+        let law = ElasticLaw {
+            relaxing: 0.4,
+            relaxation_time: 0.05,
+            ..ElasticLaw::spring(1000.0)
+        };
+        let at_end = |halt: f64| {
+            let time: Vec<f64> = (0..60).map(|i| f64::from(i) * 2e-3).collect();
+            let depth: Vec<f64> = time.iter().map(|t| 0.02 * t.min(halt) - 0.0001).collect();
+            let rate: Vec<f64> = time.iter().map(|t| if *t < halt { 0.02 } else { 0.0 }).collect();
+            law.force(&time, &depth, &rate)[59] - 1000.0 * depth[59]
+        };
+        // Halted so long before: what is left falls as the exponential of that time, but for what began with the touch.
+        let (early, between) = (at_end(0.060), at_end(0.0611));
+        let expected =
+            0.4 * 1000.0 * 0.02 * 0.05 * ((-(0.118f64 - 0.0611) / 0.05).exp() - (-(0.118f64 - 0.005) / 0.05).exp());
+        assert!(
+            (between / expected - 1.0).abs() < 2e-3 && between > early,
+            "{between} {expected} {early}"
+        );
+    }
 
     #[test]
     fn a_hold_relaxes_to_the_spring_alone() {

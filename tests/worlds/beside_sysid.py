@@ -3,7 +3,7 @@
 
     python beside_sysid.py PALPATE FOLDER [RUNS]
 
-Needs `mujoco[sysid]` and numpy. MuJoCo drives a box of 0.3 kg and friction 0.4 along a table by a force that changes its
+Needs `mujoco[sysid]` (the extra, without which `mujoco.sysid` is an empty shell) and numpy. MuJoCo drives a box of 0.3 kg and friction 0.4 along a table by a force that changes its
 sign; both are given the force and the noisy motion (1 mm, 1 sd). mujoco.sysid starts from masses of 0.3 to 2 kg and
 frictions of 0.1 to 0.9 drawn at random, palpate starts by itself. Prints how often each comes within 5 % of both truths,
 how often the stated 95 % intervals hold them, and the CPU seconds of each, the start of the process counted.
@@ -97,7 +97,31 @@ def by_sysid(spec, model, x0, sequence, start):
     return [float(best[name].value[0]) for name in ("mass", "friction")], time.process_time() - began
 
 
+def whole_sysid():
+    """Ends with what is missing where `mujoco.sysid` was installed without its extra: it swallows the import that failed and
+    comes up empty."""
+    try:
+        from mujoco import sysid
+        from mujoco.sysid._src import trajectory  # noqa: F401
+    except ImportError as missing:
+        sys.exit(f"mujoco {mujoco.__version__} has no working sysid ({missing}): pip install 'mujoco[sysid]'")
+    wanted = ("ModelSequences", "Parameter", "ParameterDict", "TimeSeries", "build_residual_fn", "optimize")
+    absent = [name for name in wanted if not hasattr(sysid, name)]
+    if absent:
+        sys.exit(f"mujoco {mujoco.__version__}: mujoco.sysid lacks {absent}; `pip install 'mujoco[sysid]'`, or its interface "
+                 "has changed")
+
+
+def state_of(model, data):
+    """The whole state as a vector, by MuJoCo's own call: what sysid offered for it has not been there in every version."""
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS.value
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    return state
+
+
 def main():
+    whole_sysid()
     from mujoco import rollout, sysid
     logging.disable(logging.CRITICAL)
     palpate, folder, runs = sys.argv[1], pathlib.Path(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 30
@@ -107,7 +131,7 @@ def main():
     mujoco.mj_forward(model, data)
     t = np.arange(int(SECONDS / STEP)) * STEP
     control = drive(t)[:, None]
-    x0 = sysid.create_initial_state(model, data.qpos, data.qvel, data.act)
+    x0 = state_of(model, data)
     states, sensed = (v[0] for v in rollout.rollout(model, data, x0, control[:-1]))
     truth, close = (MASS, FRICTION), lambda found: all(abs(a / b - 1) < 0.05 for a, b in zip(found, (MASS, FRICTION)))
     ours, theirs, held, cpu = 0, 0, 0, np.zeros(2)

@@ -116,6 +116,19 @@ class World:
             total += force if contact.geom1 == self.tip else -force
         return total
 
+    def finger_torque(self, data):
+        """The moment of the same about the middle of its tip, where the sensor gives it: what rubs at its surface turns it."""
+        total, wrench = np.zeros(3), np.zeros(6)
+        for i in range(data.ncon):
+            contact = data.contact[i]
+            if self.tip not in (contact.geom1, contact.geom2):
+                continue
+            mujoco.mj_contactForce(self.model, data, i, wrench)
+            force, moment = wrench.reshape(2, 3) @ contact.frame.reshape(3, 3)
+            about = moment + np.cross(contact.pos - data.xpos[self.tip_body], force)
+            total += about if contact.geom1 == self.tip else -about
+        return total
+
     def track_row(self, data, body, turn=None):
         """A noisy pose of a body, `x y z qx qy qz qw`."""
         position, quat = data.xpos[body].copy(), data.xquat[body].copy()
@@ -166,7 +179,7 @@ class World:
             self.aim(places[i - 1] + share * (places[i] - places[i - 1]))
 
         def observe(data):
-            return np.r_[self.finger_force(data), 0, 0, 0], data.xpos[self.tip_body]
+            return np.r_[self.finger_force(data), self.finger_torque(data)], data.xpos[self.tip_body]
 
         return self.run(data, times[-1], tracked, drive, observe)
 

@@ -15,6 +15,9 @@ use crate::twin::{LedgerEntry, Link};
 /// Scatter of stiffness from press to press that is expected before any is seen, a share.
 const SCATTER: f64 = 0.015;
 
+/// Half of the 95 % interval of what lies evenly within bounds, in its standard deviations: 0.475 of the whole by the root of 12.
+const EVEN: f64 = 1.645;
+
 /// Stiffness and damping from the presses of a link.
 pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
     // A press that took dry friction for stiffness and damping is overruled by those that told them apart.
@@ -57,7 +60,13 @@ fn damping_of(presses: &[Press], from: Vec<String>, method: &str) -> Option<Esti
         .map(|((value, sd), share)| ((value, sd * (1.0 - share).sqrt()), sd * share.sqrt()))
         .unzip();
     let common = shared.iter().sum::<f64>() / shared.len().max(1) as f64;
-    pooled(&trials, 2.0 * SCATTER, common, "N·s/m", from, method)
+    let found = pooled(&trials, 2.0 * SCATTER, 0.0, "N·s/m", from, method)?;
+    let [low, high] = found.ci95?;
+    // A lag lies evenly within bounds: it has no tails.
+    let side = |end: f64| (end - found.value).signum() * (end - found.value).hypot(EVEN * common);
+    let ci95 = [found.value + side(low), found.value + side(high)];
+    let sd = found.sd.map(|sd| sd.hypot(common));
+    Some(Estimate { sd, ..found }.with_interval(ci95))
 }
 
 /// What the tool feels as what the body has, `power` times the factor of the tip.

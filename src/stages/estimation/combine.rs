@@ -91,23 +91,26 @@ fn write(target: &mut Option<Estimate>, found: &Together, k: usize, moved: &[Mov
     let (value, sd) = (found.x[k].exp(), found.covariance[(k, k)].sqrt());
     // Closed form and joint fit are two ways to one number: far apart, neither is to be trusted beyond the other.
     let apart = (value / old.value).ln().abs();
-    let sd = sd.hypot((apart - 2.0 * sd.hypot(relative_sd(old))).max(least * apart));
+    let extra = (apart - 2.0 * sd.hypot(relative_sd(old))).max(least * apart);
     let mut rests: Vec<&Moved> = moved.iter().filter(|m| m.doubt[k] > RESTS).collect();
     rests.sort_by(|a, b| b.doubt[k].total_cmp(&a.doubt[k]));
     let mut from: Vec<String> = rests.iter().map(|m| m.interaction.clone()).collect();
     if from.is_empty() {
         from.clone_from(&old.from);
     }
-    let factor = (found.wide[k] * sd).exp();
+    let ends = found.ci95[k].map(|end| {
+        let off = end - found.x[k];
+        value * (off.signum() * off.hypot(1.96 * extra)).exp()
+    });
     *target = Some(
         Estimate::measured(
             value,
-            value * sd,
+            value * sd.hypot(extra),
             &old.unit,
             from,
             &format!("{}, joint-fit", old.method),
         )
-        .with_interval([value / factor, value * factor]),
+        .with_interval(ends),
     );
 }
 

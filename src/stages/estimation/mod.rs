@@ -43,6 +43,7 @@ mod slip;
 mod solid;
 mod spin;
 mod squeeze;
+mod squeeze_profile;
 mod standing;
 mod surface;
 mod tilt;

@@ -1,10 +1,11 @@
 //! From several trials to one estimate.
 
 use crate::base::Estimate;
-use crate::math::random_effects_expecting;
+use crate::math::random_effects_marginal;
 
-/// How many trials the scatter that is expected from touch to touch counts for: it was learnt from other things.
-pub(super) const EXPECTED_TRIALS: f64 = 6.0;
+/// Doubt of the scatter that is expected from touch to touch (1 sd of its logarithm): it was learnt from other things, and may
+/// be half as much or twice as much here.
+pub(super) const REPEATS: f64 = 0.45;
 
 /// A measured scalar from repeated trials, with the scatter between them; `scatter` is the share expected
 /// before any is seen, `common` a standard deviation that all trials share.
@@ -18,12 +19,12 @@ pub(super) fn pooled(
 ) -> Option<Estimate> {
     let (values, sds): (Vec<f64>, Vec<f64>) = trials.iter().copied().unzip();
     let middle = crate::math::median(&values)?;
-    let pooled = random_effects_expecting(&values, &sds, scatter * middle.abs(), EXPECTED_TRIALS)?;
+    let pooled = random_effects_marginal(&values, &sds, scatter * middle.abs(), REPEATS)?;
     let sd = pooled.sd.hypot(common);
-    let half = pooled.half95.hypot(1.96 * common);
-    Some(
-        Estimate::measured(pooled.mean, sd, unit, from, method).with_interval([pooled.mean - half, pooled.mean + half]),
-    )
+    let ci95 = pooled
+        .ci95
+        .map(|end| pooled.mean + (end - pooled.mean).signum() * (end - pooled.mean).hypot(1.96 * common));
+    Some(Estimate::measured(pooled.mean, sd, unit, from, method).with_interval(ci95))
 }
 
 /// A positive quantity with relative standard deviation `relative`: the interval is that of a log-normal.

@@ -129,8 +129,10 @@ fn described(found: Squeezed) -> Option<String> {
         let way = if a > 0.0 { "hardens" } else { "softens" };
         format!("it {way}: F = k u (1 + a u) with a = {a:.1} ± {sd:.1} 1/m")
     });
-    let relaxing = found.relaxing.map(|((s, s_sd), (tau, tau_sd))| {
-        format!("a share of {s:.3} ± {s_sd:.3} of its stiffness relaxes with tau = {tau:.3} ± {tau_sd:.3} s")
+    let relaxing = found.relaxing.map(|[(share, [l, h]), (tau, [low, high])]| {
+        format!(
+            "a share of {share:.3} [{l:.3}, {h:.3}] of its stiffness relaxes with tau = {tau:.3} [{low:.3}, {high:.3}] s"
+        )
     });
     let dry = found.dry.map(|(a, sd)| {
         format!(

@@ -3,11 +3,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::squeeze_profile::ends;
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, median};
 use crate::physics::ElasticLaw;
 
-/// Lag between force and position over the time from reading to reading (1 sd): within half of it either way.
-const LAG: f64 = 0.3;
+/// Lag between force and position over the time from reading to reading (1 sd): evenly within half of it either way.
+const LAG: f64 = 0.2887;
 /// Share by which the laws themselves may be off.
 const FORM: f64 = 0.003;
 /// Twice the gain in log likelihood that an extension must bring, per effective sample counted.
@@ -77,6 +78,16 @@ impl Course {
     }
 }
 
+/// Unknowns of the law.
+pub(super) const UNKNOWN: usize = 8;
+
+/// A fit with all unknowns, and which of them were free.
+pub(super) struct Found {
+    pub fit: Fit,
+    pub x: [f64; UNKNOWN],
+    pub free: [bool; UNKNOWN],
+}
+
 /// What one press says: each value with its standard deviation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Squeezed {
@@ -86,15 +97,15 @@ pub(super) struct Squeezed {
     pub lagging: f64,
     /// 1/m, where the curve is not straight.
     pub hardening: Option<(f64, f64)>,
-    /// Share and time constant (s), where the force relaxes while it holds.
-    pub relaxing: Option<((f64, f64), (f64, f64))>,
+    /// Share and time constant (s), where the force relaxes while it holds, each with its 95 % interval.
+    pub relaxing: Option<[(f64, [f64; 2]); 2]>,
     /// N, by which the force is more on the way in and less on the way out, whatever the speed.
     pub dry: Option<(f64, f64)>,
 }
 
 /// ln k, c/k (s), contact (m), lag (s), hardening (1/m), relaxing share, ln tau, dry force (N).
-const STEPS: [f64; 8] = [1e-5, 1e-6, 1e-7, 1e-6, 1e-3, 1e-4, 1e-3, 1e-4];
-fn loose(course: &Course) -> [f64; 8] {
+const STEPS: [f64; UNKNOWN] = [1e-5, 1e-6, 1e-7, 1e-6, 1e-3, 1e-4, 1e-3, 1e-4];
+pub(super) fn loose(course: &Course) -> [f64; UNKNOWN] {
     let largest = course.force.iter().copied().fold(0.0, f64::max);
     [3.0, 0.03, 0.01, course.lag(), 100.0, 0.3, 0.8, 0.3 * largest.max(1e-3)]
 }
@@ -108,13 +119,14 @@ const CLEAR: f64 = 5.0;
 
 /// Fits spring, damping, contact and lag, then hardening and relaxation where the data ask for them.
 pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<Squeezed> {
-    let mut free = [true, true, true, true, false, false, false, false];
+    // Of the lag a press tells nothing but by the one reading about first touch, which is no slope to go by: it is held.
+    let free = [true, true, true, false, false, false, false, false];
     let prior = [stiffness.ln(), 0.0, contact, 0.0, 0.0, 0.0, f64::ln(0.4), 0.0];
     let mut best = fit(course, &free, &prior, &prior)?;
     for extension in [&[RELAXING, RELAXING + 1][..], &[DRY][..], &[HARDENING][..]] {
-        let mut wider = free;
+        let mut wider = best.free;
         extension.iter().for_each(|k| wider[*k] = true);
-        let mut start = best.1;
+        let mut start = best.x;
         match extension[0] {
             RELAXING => start[RELAXING] = 0.1,
             // Damping may have taken all of the loop.
@@ -125,23 +137,23 @@ pub(super) fn squeeze(course: &Course, stiffness: f64, contact: f64) -> Option<S
             continue;
         };
         // Residuals that remember their past count for fewer.
-        let memory = inflation(&found.0);
+        let memory = inflation(&found.fit);
         let told = match extension[0] {
-            RELAXING => relaxes(course, &found, &wider),
-            DRY => found.1[DRY] > CLEAR * deviations(&found.0, &wider, &loose(course))[DRY],
+            RELAXING => relaxes(course, &found),
+            DRY => found.x[DRY] > CLEAR * deviations(&found.fit, &wider, &loose(course))[DRY],
             _ => true,
         };
-        if told && 2.0 * (best.0.cost - found.0.cost) > WORTH * memory {
-            (best, free) = (found, wider);
+        if told && 2.0 * (best.fit.cost - found.fit.cost) > WORTH * memory {
+            best = found;
         }
     }
-    read(&best.0, &best.1, &free, &loose(course))
+    Some(read(course, &best, &prior))
 }
 
 /// Whether a relaxation can be told from a stiffer spring: it must be a share that stands out, over well before the press
 /// is; one that is slower than the press is long only trades stiffness for its own share.
-fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 8]), free: &[bool; 8]) -> bool {
-    let sds = deviations(fit, free, &loose(course));
+fn relaxes(course: &Course, found: &Found) -> bool {
+    let (x, sds) = (&found.x, deviations(&found.fit, &found.free, &loose(course)));
     let lasts = course.time[course.time.len() - 1] - course.time[0];
     let slowest = (x[RELAXING + 1] + sds[RELAXING + 1]).exp();
     x[RELAXING] > 3.0 * sds[RELAXING] && slowest < 0.4 * lasts && sds[RELAXING + 1] < 0.5
@@ -150,13 +162,13 @@ fn relaxes(course: &Course, (fit, x): &(Fit, [f64; 8]), free: &[bool; 8]) -> boo
 /// Standard deviations of the free unknowns, zero for the others: `C (f H + P) C` with the information `H` of the data, that
 /// of the priors `P`, `C = (H + P)^-1` and the factor `f` by which residuals that remember and miss make the data count for
 /// less. A prior alone is not doubted by what the data leave over.
-fn deviations(fit: &Fit, free: &[bool; 8], loose: &[f64; 8]) -> [f64; 8] {
-    let used: Vec<usize> = (0..8).filter(|k| free[*k]).collect();
+pub(super) fn deviations(fit: &Fit, free: &[bool; UNKNOWN], loose: &[f64; UNKNOWN]) -> [f64; UNKNOWN] {
+    let used: Vec<usize> = (0..UNKNOWN).filter(|k| free[*k]).collect();
     let prior = DMatrix::from_diagonal(&DVector::from_iterator(
         used.len(),
         used.iter().map(|k| loose[*k].powi(-2)),
     ));
-    let mut out = [0.0; 8];
+    let mut out = [0.0; UNKNOWN];
     let c = &fit.covariance;
     if let Some(whole) = c.clone().try_inverse() {
         let spread = c * ((whole - &prior) * inflation(fit) + &prior) * c;
@@ -177,26 +189,30 @@ fn inflation(fit: &Fit) -> f64 {
     misfit * (n / effective_samples(fit.residuals.as_slice())).clamp(1.0, 50.0)
 }
 
-fn read(fit: &Fit, x: &[f64; 8], free: &[bool; 8], loose: &[f64; 8]) -> Option<Squeezed> {
-    let sds = deviations(fit, free, loose);
+fn read(course: &Course, found: &Found, prior: &[f64; UNKNOWN]) -> Squeezed {
+    let Found { fit, x, free } = found;
+    let sds = deviations(fit, free, &loose(course));
     let sd = |k: usize| sds[k];
     let k = x[0].exp();
     let own = sd(0).hypot(FORM);
     let damping = x[1] * k;
-    Some(Squeezed {
+    let lag = course.lag();
+    let told = sd(1).hypot(lag).hypot(x[1] * own);
+    Squeezed {
         stiffness: (k, k * own),
-        damping: (damping, (k * sd(1)).hypot(damping * own)),
-        lagging: (sd(3) / (sd(1).hypot(x[1] * own)).max(1e-300)).powi(2).min(1.0),
+        damping: (damping, k * told),
+        lagging: (lag / told.max(1e-300)).powi(2),
         hardening: free[HARDENING].then(|| (x[HARDENING], sd(HARDENING))),
         relaxing: free[RELAXING].then(|| {
-            let tau = x[RELAXING + 1].exp();
-            ((x[RELAXING], sd(RELAXING)), (tau, tau * sd(RELAXING + 1)))
+            let slow = ends(course, found, prior, RELAXING + 1).map(f64::exp);
+            let share = ends(course, found, prior, RELAXING);
+            [(x[RELAXING], share), (x[RELAXING + 1].exp(), slow)]
         }),
         dry: free[DRY].then(|| (x[DRY], sd(DRY))),
-    })
+    }
 }
 
-fn law(x: &[f64; 8]) -> ElasticLaw {
+fn law(x: &[f64; UNKNOWN]) -> ElasticLaw {
     ElasticLaw {
         stiffness: x[0].exp(),
         damping: x[1] * x[0].exp(),
@@ -207,7 +223,7 @@ fn law(x: &[f64; 8]) -> ElasticLaw {
 }
 
 /// Force at the recorded times: position is read `lag` earlier.
-fn predict(course: &Course, x: &[f64; 8]) -> Vec<f64> {
+fn predict(course: &Course, x: &[f64; UNKNOWN]) -> Vec<f64> {
     let depth: Vec<f64> = course
         .travel
         .iter()
@@ -223,8 +239,14 @@ fn predict(course: &Course, x: &[f64; 8]) -> Vec<f64> {
     force
 }
 
-fn fit(course: &Course, free: &[bool; 8], prior: &[f64; 8], start: &[f64; 8]) -> Option<(Fit, [f64; 8])> {
-    let used: Vec<usize> = (0..8).filter(|k| free[*k]).collect();
+/// Fits what is free, the rest held where it starts.
+pub(super) fn fit(
+    course: &Course,
+    free: &[bool; UNKNOWN],
+    prior: &[f64; UNKNOWN],
+    start: &[f64; UNKNOWN],
+) -> Option<Found> {
+    let used: Vec<usize> = (0..UNKNOWN).filter(|k| free[*k]).collect();
     let loose = loose(course);
     let whole = |v: &DVector<f64>| {
         let mut x = *start;
@@ -252,117 +274,16 @@ fn fit(course: &Course, free: &[bool; 8], prior: &[f64; 8], start: &[f64; 8]) ->
         iterations: 40,
         tolerance: 1e-7,
     };
-    let pick = |v: &[f64; 8]| DVector::from_iterator(used.len(), used.iter().map(|k| v[*k]));
+    let pick = |v: &[f64; UNKNOWN]| DVector::from_iterator(used.len(), used.iter().map(|k| v[*k]));
     let found = levenberg_marquardt(&pick(start), &pick(&STEPS), settings, residuals)?;
     let x = whole(&found.x);
-    x.iter().all(|v| v.is_finite()).then_some((found, x))
+    let found = Found {
+        fit: found,
+        x,
+        free: *free,
+    };
+    x.iter().all(|v| v.is_finite()).then_some(found)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::base::{Seed, rng_for};
-    use rand_distr::{Distribution, StandardNormal};
-
-    /// Down at `speed`, hold, up; contact at 2 mm of travel; the truth in steps of 0.1 ms by Euler's rule.
-    fn course(law: &ElasticLaw, speed: f64, seed: u64) -> Course {
-        let mut dice = rng_for(Seed(seed), "press");
-        let turn = 0.008 / speed;
-        let way = |t: f64| speed * t.min(turn) - speed * (t - turn - 0.8).clamp(0.0, turn);
-        let mut out = Course {
-            time: Vec::new(),
-            force: Vec::new(),
-            travel: Vec::new(),
-            speed: Vec::new(),
-            noise: 0.03,
-        };
-        let (h, mut q) = (1e-4, 0.0);
-        for i in 0..((2.0 * turn + 0.8) / h) as usize {
-            let t = i as f64 * h;
-            let (u, v) = (way(t) - 0.002, (way(t + 1e-6) - way(t - 1e-6)) / 2e-6);
-            let drive = if u > 0.0 { law.relaxing * law.stiffness * v } else { 0.0 };
-            q += h * (drive - q / law.relaxation_time);
-            let f = law.stiffness * u * (1.0 + law.hardening * u) + law.damping * v + q;
-            if i % 20 == 0 {
-                let noise: f64 = StandardNormal.sample(&mut dice);
-                out.time.push(t);
-                out.force.push(if u > 0.0 { f.max(0.0) } else { 0.0 } + 0.03 * noise);
-                out.travel.push(u + 0.002);
-                out.speed.push(v);
-            }
-        }
-        out
-    }
-
-    #[test]
-    fn stiffness_damping_and_relaxation_are_recovered() {
-        let law = ElasticLaw {
-            damping: 8.0,
-            relaxing: 0.3,
-            relaxation_time: 0.25,
-            ..ElasticLaw::spring(2500.0)
-        };
-        let found = squeeze(&course(&law, 0.02, 1), 2200.0, 0.0019).expect("fits");
-        let near = |(v, sd): (f64, f64), truth: f64, share: f64| {
-            assert!(
-                (v / truth - 1.0).abs() < share && (v - truth).abs() < 4.0 * sd,
-                "{v} {sd} {truth}"
-            );
-        };
-        near(found.stiffness, 2500.0, 0.01);
-        near(found.damping, 8.0, 0.1);
-        assert!(found.dry.is_none(), "{found:?}");
-        let (share, tau) = found.relaxing.expect("relaxes");
-        near(share, 0.3, 0.1);
-        near(tau, 0.25, 0.1);
-    }
-
-    #[test]
-    fn a_plain_spring_gets_no_extension() {
-        let found = squeeze(&course(&ElasticLaw::spring(3000.0), 0.02, 2), 2800.0, 0.0019).expect("fits");
-        assert!(found.hardening.is_none() && found.relaxing.is_none() && found.dry.is_none());
-        assert!((found.stiffness.0 / 3000.0 - 1.0).abs() < 0.005);
-        assert!(found.damping.0.abs() < 3.0 * found.damping.1);
-    }
-
-    #[test]
-    fn a_loop_that_does_not_widen_with_speed_is_dry_friction_and_no_damping() {
-        for (k, speed) in [0.002, 0.005, 0.02].into_iter().enumerate() {
-            let mut course = course(&ElasticLaw::spring(3000.0), speed, 4 + k as u64);
-            let (mut z, mut before) = (0.0, 0.002);
-            for i in 0..course.time.len() {
-                let u = course.travel[i];
-                z = if u > 0.002 {
-                    f64::clamp(z + (u - before) / 2e-5, -1.0, 1.0)
-                } else {
-                    0.0
-                };
-                before = u.max(0.002);
-                course.force[i] = if u > 0.002 {
-                    (course.force[i] + 1.5 * z).max(0.0)
-                } else {
-                    course.force[i]
-                };
-            }
-            let found = squeeze(&course, 3100.0, 0.0019).expect("fits");
-            let dry = found.dry.expect("dry friction");
-            assert!((dry.0 / 1.5 - 1.0).abs() < 0.1, "{dry:?}");
-            assert!((found.stiffness.0 / 3000.0 - 1.0).abs() < 0.02, "{:?}", found.stiffness);
-            assert!(
-                found.damping.0 < 3.0 * found.damping.1 || found.damping.0 < 3.0,
-                "{:?}",
-                found.damping
-            );
-        }
-    }
-
-    #[test]
-    fn hardening_is_told_from_a_stiffer_spring() {
-        let law = ElasticLaw {
-            hardening: 60.0,
-            ..ElasticLaw::spring(1500.0)
-        };
-        let found = squeeze(&course(&law, 0.02, 3), 1700.0, 0.0019).expect("fits");
-        assert!((found.hardening.expect("hardens").0 / 60.0 - 1.0).abs() < 0.1);
-    }
-}
+mod tests;

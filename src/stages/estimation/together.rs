@@ -2,14 +2,14 @@
 //!
 //! Each interaction has been reduced by its own forward model to a logarithm with a standard deviation: a lift to
 //! `ln m`, a push to `ln m + ln mu`, a tilt or a coasting to `ln mu`. Friction scatters from one sliding to the next
-//! (a random effect whose size is learnt, counted with a prior of two trials), and all forces of pushes share the
-//! doubt of their law. The rest is a normal linear model with priors from shape and materials: its information says
+//! (a random effect whose size is integrated out: the interval is that of what is then believed, which has heavier tails
+//! than a normal one and need not be even), and all forces of pushes share the doubt of their law. The rest is a normal linear model with priors from shape and materials: its information says
 //! what is fixed, what only as a product, and what each interaction moved.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::pool::EXPECTED_TRIALS;
-use crate::math::t_quantile;
+use super::pool::REPEATS;
+use crate::math::{mixture_quantile, normalised, scatters};
 
 /// Doubt of a push's force, as a share of that of all pushes, from which on it counts as near its noise.
 pub(super) const NOISY: f64 = 0.05;
@@ -94,9 +94,9 @@ pub(super) struct Together {
     /// `ln m`, `ln mu`, the push law.
     pub x: Vector3<f64>,
     pub covariance: Matrix3<f64>,
-    /// Half the 95 % interval of `ln m` and `ln mu` in standard deviations: wider than 1.96 where it is the scatter of few
+    /// 95 % intervals of `ln m` and `ln mu`: wider than 1.96 standard deviations either way where it is the scatter of few
     /// slidings that makes the doubt.
-    pub wide: [f64; 2],
+    pub ci95: [[f64; 2]; 2],
 }
 
 impl Together {
@@ -117,8 +117,6 @@ pub(super) struct Moved {
     pub doubt: [f64; 2],
 }
 
-/// How many trials the expected scatter counts for.
-const PRIOR_TRIALS: f64 = EXPECTED_TRIALS;
 /// Degrees of freedom of the weights that make the fit robust against one bad interaction.
 const TAILS: f64 = 6.0;
 const ROUNDS: usize = 30;
@@ -127,48 +125,59 @@ const OWN: f64 = 30.0;
 
 /// Fits all words; `expected` is the scatter of friction that is expected before any is seen.
 pub(super) fn together(words: &[Word], prior: &Prior, expected: f64) -> Option<Together> {
-    let slidings = words.iter().filter(|w| w.scatters).count() as f64;
-    let mut scatter = expected;
+    let nodes = scatters(expected, REPEATS);
+    let at: Vec<(f64, Vector3<f64>, Matrix3<f64>)> = nodes
+        .iter()
+        .filter_map(|(scatter, log_prior)| {
+            let (x, covariance, log_likelihood) = at_scatter(words, *scatter, prior)?;
+            Some((log_prior + log_likelihood, x, covariance))
+        })
+        .collect();
+    let of = |k: usize| {
+        let parts = at.iter().map(|(log, x, c)| (*log, x[k], c[(k, k)].max(0.0).sqrt()));
+        normalised(parts.collect())
+    };
+    let weights: Vec<f64> = of(0).iter().map(|p| p.0).collect();
+    let all = || weights.iter().zip(&at);
+    let x: Vector3<f64> = all().map(|(w, (_, x, _))| x * *w).sum();
+    let covariance: Matrix3<f64> = all()
+        .map(|(w, (_, at, c))| (c + (at - x) * (at - x).transpose()) * *w)
+        .sum();
+    let ci95 = [0, 1].map(|k| [0.025, 0.975].map(|p| mixture_quantile(&of(k), p, OWN)));
+    (!at.is_empty()).then_some(Together { x, covariance, ci95 })
+}
+
+/// The fit at one scatter, and the logarithm of that scatter's likelihood (by Laplace's method).
+fn at_scatter(words: &[Word], scatter: f64, prior: &Prior) -> Option<(Vector3<f64>, Matrix3<f64>, f64)> {
+    let variance = |word: &Word| word.sd * word.sd + if word.scatters { scatter * scatter } else { 0.0 };
     let mut weights = vec![1.0; words.len()];
     let mut solved = solve(words, &weights, scatter, prior)?;
     for _ in 0..ROUNDS {
-        let (mut squares, mut count) = (PRIOR_TRIALS * expected * expected, PRIOR_TRIALS);
         for (word, weight) in words.iter().zip(&mut weights) {
             let row = Vector3::from(word.row);
-            let left = word.value - row.dot(&solved.0);
-            let own = word.sd * word.sd;
-            let all = own + if word.scatters { scatter * scatter } else { 0.0 };
+            let (left, all) = (word.value - row.dot(&solved.0), variance(word));
             // A word that the others hardly check must not be struck off for it: the leverage is taken off.
             let leverage = (row.dot(&(solved.1 * row)) / all).min(0.95);
             *weight = ((TAILS + 1.0) / (TAILS + left * left / (all * (1.0 - leverage).max(0.05)))).min(1.0);
-            if word.scatters {
-                // Expectation step for the effect of this sliding, given what is left over.
-                let share = scatter * scatter / all;
-                let fit = row.dot(&(solved.1 * row)).min(all);
-                squares += *weight * share * share * (left * left + fit) + share * own;
-                count += 1.0;
-            }
         }
-        let next = (squares / count).sqrt();
-        let settled = (next - scatter).abs() < 1e-6;
-        scatter = next;
-        solved = solve(words, &weights, scatter, prior)?;
+        let next = solve(words, &weights, scatter, prior)?;
+        let settled = (next.0 - solved.0).amax() < 1e-9;
+        solved = next;
         if settled {
             break;
         }
     }
-    let degrees = (slidings + PRIOR_TRIALS - 1.0).max(2.0);
-    let without = solve(words, &weights, 0.0, prior)?.1;
-    // The part of the variance that comes from the scatter is more in doubt than the rest (Satterthwaite 1946).
-    let wide = [0, 1].map(|k| {
-        let share = (1.0 - without[(k, k)] / solved.1[(k, k)]).clamp(0.0, 1.0);
-        t_quantile(0.975, (share * share / degrees + (1.0 - share).powi(2) / OWN).recip())
-    });
-    Some(Together {
-        x: solved.0,
-        covariance: solved.1,
-        wide,
-    })
+    let told: f64 = words
+        .iter()
+        .map(|word| {
+            let left = word.value - Vector3::from(word.row).dot(&solved.0);
+            let all = variance(word);
+            -0.5 * (all.ln() + (TAILS + 1.0) * (left * left / (TAILS * all)).ln_1p())
+        })
+        .sum();
+    let strayed = Vector3::from_fn(|k, _| (solved.0[k] - prior.mean[k]) / prior.sd[k]);
+    let log = told - 0.5 * strayed.norm_squared() + 0.5 * solved.1.determinant().max(1e-300).ln();
+    Some((solved.0, solved.1, log))
 }
 
 fn solve(words: &[Word], weights: &[f64], scatter: f64, prior: &Prior) -> Option<(Vector3<f64>, Matrix3<f64>)> {
@@ -283,8 +292,7 @@ mod tests {
             for seed in 0..300 {
                 let found = together(&words(seed, way), &PRIOR, 0.015).expect("solved");
                 for (k, truth) in [0.5f64.ln(), 0.3f64.ln()].into_iter().enumerate() {
-                    let half = found.wide[k] * found.covariance[(k, k)].sqrt();
-                    inside[k] += usize::from((found.x[k] - truth).abs() < half);
+                    inside[k] += usize::from(found.ci95[k][0] < truth && truth < found.ci95[k][1]);
                 }
             }
             assert!(

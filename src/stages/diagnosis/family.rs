@@ -199,6 +199,11 @@ pub trait Family: Sync {
         0.0
     }
 
+    /// Share by which all amplitudes may be off together.
+    fn common_doubt(&self) -> f64 {
+        0.0
+    }
+
     /// What its shared numbers are beside the effects of a fit.
     fn levels(&self, _: &Fit) -> Vec<Level> {
         Vec::new()

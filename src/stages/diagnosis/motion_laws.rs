@@ -52,6 +52,8 @@ pub struct Moved {
     pub began: Option<f64>,
     /// Too slow for the direction of friction to be sure.
     pub still: bool,
+    /// Which way a stop may push here, 0 where none can.
+    pub stop: f64,
 }
 
 impl Moved {
@@ -288,7 +290,7 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         vec![vec![low], vec![0.5 * (low + high)], vec![high]],
         "the joint is drawn back the farther it is moved",
     )];
-    if s.turns {
+    if s.turns && s.weighed {
         let amplitude = |name| Parameter::amplitude(name, effort, 0.5 * s.load);
         laws.push(make.law(
             "joint-gravity",
@@ -297,6 +299,8 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             vec![Vec::new()],
             "the load goes as sine and cosine of the angle, as a weight's does",
         ));
+    }
+    if s.turns {
         let share = |name| Parameter::amplitude(name, "1", 0.15);
         laws.push(make.law(
             "lever-arm",

@@ -6,11 +6,14 @@
 //! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
 //! what friction allows.
 
+use nalgebra::Vector3;
+
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::marginal::weights;
 use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
+use super::motion_stops::{beside_a_stop, mark_stops, weighed};
 use super::named::left;
 use super::naming::NAMED;
 use super::{Curve, Quantity};
@@ -53,6 +56,8 @@ pub struct Scale {
     /// Lowest and highest position, rad or m.
     pub range: [f64; 2],
     pub turns: bool,
+    /// A weight can load it.
+    pub weighed: bool,
 }
 
 /// All motions of one joint.
@@ -70,6 +75,8 @@ pub struct Motions {
     /// When the first motion began, s, of the capture's clock.
     zero: f64,
     turning: Turning,
+    /// Nothing but the path of a hand tells where it was.
+    by_hand: bool,
 }
 
 struct Read {
@@ -81,6 +88,8 @@ struct Read {
     noise: f64,
     /// Noise of the track along the freedom, rad or m.
     jitter: f64,
+    /// Nothing but the path of what holds the child tells where it was.
+    by_hand: bool,
 }
 
 /// Slow motions allow a long span, which calms their speed; fast ones need a short one.
@@ -113,6 +122,7 @@ fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model, joint: &J
             half,
             noise: noise / (rate * BIN).max(1.0).sqrt(),
             jitter: own.unwrap_or(0.0),
+            by_hand: !interaction.tracks.contains_key(&joint.child),
         })
     };
     let mut reads: Vec<Read> = capture.interactions.iter().filter_map(one).collect();
@@ -126,12 +136,12 @@ pub fn of_all_joints(capture: &Capture, segmented: &[Segmented], model: &Model) 
     let joints = model.twin.joints();
     let kinds = joints.filter(|j| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic));
     kinds
-        .filter_map(|j| Motions::new(&read_all(capture, segmented, model, j), j))
+        .filter_map(|j| Motions::new(&read_all(capture, segmented, model, j), j, &capture.gravity))
         .collect()
 }
 
 impl Motions {
-    fn new(reads: &[Read], joint: &Joint) -> Option<Self> {
+    fn new(reads: &[Read], joint: &Joint, gravity: &Vector3<f64>) -> Option<Self> {
         let loads = || reads.iter().flat_map(|r| r.loads.iter());
         let speeds: Vec<f64> = loads().map(|l| l.speed.abs()).collect();
         let fast = quantile(&speeds, 0.95)?;
@@ -151,6 +161,7 @@ impl Motions {
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
+            weighed: weighed(joint, gravity),
         };
         let lever = median(&moving.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
         let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
@@ -181,10 +192,13 @@ impl Motions {
             lever,
             zero,
             turning: Turning::default(),
+            by_hand: reads.iter().any(|r| r.by_hand),
         };
         for read in reads {
             out.add(read);
         }
+        let spans = reads.iter().map(|r| ((r.half / BIN).ceil() as usize, r.jitter));
+        mark_stops(&mut out.moments, spans);
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
         out.sheet.base[1] = Parameter::amplitude("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);
@@ -272,6 +286,7 @@ impl Motions {
                 turned_back,
                 began: self.turning.began(l[i].position),
                 still,
+                stop: 0.0,
             });
         }
         let starts = (0..l.len()).map(|i| i == 0 || l[i].time - l[i - 1].time > 1.5 * BIN);
@@ -330,13 +345,14 @@ impl Family for Motions {
         let one = |(m, swings): (&Moved, f64)| {
             let m = m.later(base[2]);
             let smooth = base[1] * m.gain + effort(&m, active) + swings;
-            let load = if m.still {
+            let left = m.unread(active) - smooth - scatter[1];
+            let rubs = if m.still {
                 let bound = dry * held(&m, active);
-                let left = m.unread(active) - smooth - scatter[1];
-                smooth + left.clamp(-bound, bound)
+                left.clamp(-bound, bound)
             } else {
-                smooth + dry * sliding(&m, active) * set_in(m.speed / base[3].exp())
+                dry * sliding(&m, active) * set_in(m.speed / base[3].exp())
             };
+            let load = smooth + beside_a_stop(m.stop, rubs, left);
             read(&m, load, active) + scatter[1]
         };
         let moments = &self.moments[group];
@@ -356,6 +372,11 @@ impl Family for Motions {
         } else {
             NAMED
         }
+    }
+
+    /// The arm of a force is the same in all motions, and off by the same share.
+    fn common_doubt(&self) -> f64 {
+        if self.by_hand { EVEN } else { 0.0 }
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {

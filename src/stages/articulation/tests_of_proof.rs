@@ -14,7 +14,9 @@ use crate::twin::JointKind;
 fn to_and_fro(count: usize) -> Vec<f64> {
     let share = |i: usize| (i as f64 / count as f64 * 2.6 - 0.2).clamp(0.0, 1.0);
     let smooth = |s: f64| s * s * (3.0 - 2.0 * s);
-    (0..count).map(|i| smooth(share(i)) - smooth(share(i.saturating_sub(count / 2)))).collect()
+    (0..count)
+        .map(|i| smooth(share(i)) - smooth(share(i.saturating_sub(count / 2))))
+        .collect()
 }
 
 /// A pull that grips `child` beside `parent`, which stands: the child's pose, the tool's place by share of the way.
@@ -62,8 +64,16 @@ fn a_screw_turned_more_than_once_is_a_screw() {
     // The second begins where the first one ended, almost two turns on.
     let there = to_and_fro(1200);
     let runs = vec![
-        pull(0, ("pot/jar", "pot/lid"), &there[..600], &|s| turned(12.0 * s), &|_| Vector3::z() * 0.1),
-        pull(1, ("pot/jar", "pot/lid"), &there[..600], &|s| turned(12.0 - 9.0 * s), &|_| Vector3::z() * 0.1),
+        pull(0, ("pot/jar", "pot/lid"), &there[..600], &|s| turned(12.0 * s), &|_| {
+            Vector3::z() * 0.1
+        }),
+        pull(
+            1,
+            ("pot/jar", "pot/lid"),
+            &there[..600],
+            &|s| turned(12.0 - 9.0 * s),
+            &|_| Vector3::z() * 0.1,
+        ),
     ];
     let joints = joints_of(&capture(runs, true));
     assert_eq!(joints[0].kind, JointKind::Screw, "{:?}", joints[0]);
@@ -112,11 +122,16 @@ fn a_long_swing_led_about_one_axis_is_a_hinge_whatever_the_names() {
 #[test]
 fn a_slide_with_a_stop_at_either_end_is_one_and_without_them_perhaps() {
     // The hand pulls on past both ends, where the slide stands and the force rises.
-    let shares: Vec<f64> = to_and_fro(700).iter().map(|s| (1.3 * s - 0.1).clamp(0.0, 1.0)).collect();
+    let shares: Vec<f64> = to_and_fro(700)
+        .iter()
+        .map(|s| (1.3 * s - 0.1).clamp(0.0, 1.0))
+        .collect();
     let drawn = |s: f64| Isometry3::translation(0.2 * s, 0.0, 0.05);
     let told = |stops: bool| {
         let run = |k: usize| {
-            let mut run = pull(k, ("cabinet", "drawer"), &shares, &drawn, &|s| drawn(s).translation.vector);
+            let mut run = pull(k, ("cabinet", "drawer"), &shares, &drawn, &|s| {
+                drawn(s).translation.vector
+            });
             let time = run.tool_path.as_ref().map_or_else(Vec::new, |p| p.time.clone());
             let force = |i: &usize| {
                 let pressed = if shares[*i] >= 1.0 { 12.0 } else { -12.0 };

@@ -24,6 +24,7 @@ mod marginal;
 mod motion_history;
 mod motion_laws;
 mod motion_places;
+mod motion_reads;
 mod motion_stops;
 mod motions;
 mod named;

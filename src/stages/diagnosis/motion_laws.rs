@@ -3,6 +3,7 @@
 use super::family::{Active, Law, Parameter};
 use super::motion_history::{freed, history_laws};
 use super::motion_places::local_laws;
+use super::motion_stops::Stop;
 use super::motions::Scale;
 
 pub(super) mod form {
@@ -52,8 +53,8 @@ pub struct Moved {
     pub began: Option<f64>,
     /// Too slow for the direction of friction to be sure.
     pub still: bool,
-    /// Which way a stop may push here, 0 where none can.
-    pub stop: f64,
+    /// What a stop may do here.
+    pub stop: Stop,
 }
 
 impl Moved {

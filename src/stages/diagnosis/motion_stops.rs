@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use super::motion_laws::Moved;
+use crate::math::median;
 use crate::twin::Joint;
 
 /// Sine of a hinge's lean from the vertical, beside twice the doubt of its axis, up to which no weight loads it.
@@ -33,37 +34,64 @@ pub fn mark_stops(motions: &mut [Vec<Moved>], spans: impl Iterator<Item = (usize
     }
 }
 
-/// Which way a stop may push, moment by moment: 1 where the joint stands at the lowest place that it came to, -1 at the
-/// highest, 0 elsewhere. Within `reach` moments of standing there the smoothed speed still holds the stop's blow.
-fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize) -> Vec<f64> {
+/// What a stop may do to the load at one moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Stop {
+    /// There is none.
+    #[default]
+    None,
+    /// It may bear a part of it, and push this way: 1 at the lower end, -1 at the upper one.
+    Bears(f64),
+    /// The joint ran into it: speed and force are smoothed over the blow.
+    Hit,
+}
+
+impl Stop {
+    /// The load that is foretold where this is `left` of the measured one and `rubs` is what the joint takes: no more than
+    /// it takes to be moved off a lower stop, no less than it takes off an upper one.
+    pub fn lets(self, rubs: f64, left: f64) -> f64 {
+        match self {
+            Self::None => rubs,
+            Self::Bears(way) if way > 0.0 => left.min(rubs),
+            Self::Bears(_) => left.max(rubs),
+            Self::Hit => left,
+        }
+    }
+}
+
+/// What stops may do, moment by moment. Within `reach` moments of standing at an end the smoothed speed still holds how it
+/// set off, and within twice that how it ran into it.
+fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize) -> Vec<Stop> {
     let near = (NEAR * (high - low)).max(3.0 * jitter).min(0.05 * (high - low));
-    let end = |m: &Moved| match (m.position < low + near, m.position > high - near) {
+    let stands = |m: &Moved| match (m.position < low + near, m.position > high - near) {
+        _ if !m.still => 0.0,
         (true, false) => 1.0,
         (false, true) => -1.0,
         _ => 0.0,
     };
-    let stands: Vec<f64> = moments.iter().map(|m| if m.still { end(m) } else { 0.0 }).collect();
-    let one = |i: usize| {
-        if stands[i] != 0.0 {
-            return stands[i];
+    let ways: Vec<f64> = moments.iter().map(stands).collect();
+    let moving: Vec<f64> = moments.iter().filter(|m| !m.still).map(|m| m.load.abs()).collect();
+    let usual = median(&moving).unwrap_or(0.0);
+    let mut out = vec![Stop::None; moments.len()];
+    let mut hits = Vec::new();
+    let mut from = 0;
+    for run in ways.chunk_by(|a, b| a == b) {
+        let (way, until) = (run[0], from + run.len());
+        if way != 0.0 {
+            out[from..(until + reach).min(moments.len())].fill(Stop::Bears(way));
+            let outward = moments[from..until].iter().map(|m| -way * m.load);
+            if from > 0 && outward.fold(0.0, f64::max) > PRESSED * usual {
+                hits.push(from.saturating_sub(2 * reach + 1)..(from + reach).min(until));
+            }
         }
-        let about = &stands[i.saturating_sub(reach)..(i + reach + 1).min(stands.len())];
-        about.iter().copied().find(|s| *s != 0.0).unwrap_or(0.0)
-    };
-    (0..moments.len()).map(one).collect()
+        from = until;
+    }
+    hits.into_iter().for_each(|hit| out[hit].fill(Stop::Hit));
+    out
 }
 
-/// The load that is foretold where a stop may bear a part of what was `left` of the measured one: no more than the joint
-/// takes to be moved off a lower stop, no less than it takes off an upper one.
-pub fn beside_a_stop(stop: f64, foretold: f64, left: f64) -> f64 {
-    if stop > 0.0 {
-        left.min(foretold)
-    } else if stop < 0.0 {
-        left.max(foretold)
-    } else {
-        foretold
-    }
-}
+/// What presses on a stop does so with this many times the load that usually moves the joint.
+const PRESSED: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {
@@ -75,26 +103,38 @@ mod tests {
             position,
             speed: 0.0,
             gain: 0.0,
-            load: 0.0,
+            load: 1.0,
             lever: 1.0,
             slip: 0.0,
             back: 0.0,
             turned_back: false,
             began: None,
             still,
-            stop: 0.0,
+            stop: Stop::None,
         }
     }
 
     #[test]
     fn a_stop_is_where_it_stands_at_an_end_and_pushes_inward_only() {
-        let way = [(0.0, true), (0.001, true), (0.3, false), (0.6, true), (0.999, true)];
-        let moments: Vec<Moved> = way.iter().map(|(q, s)| at(*q, *s)).collect();
-        assert_eq!(stops(&moments, [0.0, 1.0], 0.001, 0), [1.0, 1.0, 0.0, 0.0, -1.0]);
-        assert_eq!(stops(&moments, [0.0, 1.0], 0.001, 1), [1.0, 1.0, 1.0, -1.0, -1.0]);
+        let way = [
+            (0.0, true),
+            (0.001, true),
+            (0.3, false),
+            (0.6, true),
+            (0.8, false),
+            (0.999, true),
+        ];
+        let mut moments: Vec<Moved> = way.iter().map(|(q, s)| at(*q, *s)).collect();
+        let (low, high) = (Stop::Bears(1.0), Stop::Bears(-1.0));
+        let found = stops(&moments, [0.0, 1.0], 0.001, 1);
+        assert_eq!(found, [low, low, low, Stop::None, Stop::None, high]);
+        // It pulls on past the upper end.
+        moments[5].load = 10.0;
+        let found = stops(&moments, [0.0, 1.0], 0.001, 0);
+        assert_eq!(found, [low, low, Stop::None, Stop::None, Stop::Hit, high]);
         // A lid of 1.2 N·m that the stop holds takes any load up to its own, and not more.
-        assert_eq!([0.0, 1.5].map(|load| beside_a_stop(1.0, 1.2, load)), [0.0, 1.2]);
-        assert_eq!([-3.0, 0.5].map(|load| beside_a_stop(-1.0, 0.2, load)), [0.2, 0.5]);
-        assert_eq!(beside_a_stop(0.0, 0.2, 5.0), 0.2);
+        assert_eq!([0.0, 1.5].map(|load| low.lets(1.2, load)), [0.0, 1.2]);
+        assert_eq!([-3.0, 0.5].map(|load| high.lets(0.2, load)), [0.2, 0.5]);
+        assert_eq!((Stop::None.lets(0.2, 5.0), Stop::Hit.lets(0.2, 5.0)), (0.2, 5.0));
     }
 }

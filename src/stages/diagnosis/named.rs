@@ -109,12 +109,14 @@ fn estimates(family: &dyn Family, fit: &Fit, law: usize) -> BTreeMap<String, Est
     let each = form.parameters.iter().zip(values(family, fit, law)).enumerate();
     let one = |(k, (p, (value, sd))): (usize, (&super::family::Parameter, (f64, f64)))| {
         let method = "marginal-likelihood";
-        let shared = if k < form.amplitudes && p.unit != "1" {
-            family.common_doubt()
-        } else {
-            0.0
+        let shared = match k < form.amplitudes {
+            true if p.unit == "1" => 0.0,
+            true if p.log => family.common_doubt(),
+            true => family.common_doubt() * value,
+            false if p.log => 0.0,
+            false => family.place_doubt(),
         };
-        let sd = sd.hypot(if p.log { shared } else { shared * value });
+        let sd = sd.hypot(shared);
         if !p.log {
             return (
                 p.name.to_owned(),

@@ -72,6 +72,10 @@ pub(super) fn joint_dynamics(
                 .unwrap_or(0.0),
             scatter: config.friction_scatter,
             form: config.model_form,
+            unknown: capture
+                .interactions
+                .iter()
+                .all(|i| !i.tracks.contains_key(&joint.child)),
         };
         let mut found = conclude(&trials, &setting, (drag, parted), &joint, notices);
         if let Some(driven) = drive_of(capture, segmented, &joint, model) {

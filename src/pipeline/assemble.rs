@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Options;
-use crate::base::{Estimate, Notices, Pose};
-use crate::capture::{Capture, Kind, PoseStream};
-use crate::stages::articulation::Articulation;
+use crate::base::{Confounded, Estimate, Notices, Pose, Status};
+use crate::capture::{Capture, Kind, PoseStream, first_rest, track_noise};
+use crate::stages::articulation::{Articulation, Unproven};
 use crate::stages::estimation::{ArcTouch, arc_touches};
 use crate::stages::shape::{Shapes, Silhouette, VisualTrack, principal_views};
 use crate::twin::{
@@ -144,7 +144,7 @@ fn unseen(capture: &Capture, seen: &[Body]) -> Vec<(String, Pose)> {
     for interaction in &capture.interactions {
         for (name, track) in &interaction.tracks {
             if !known(&found, name) {
-                found.push((name.clone(), first_pose(track)));
+                found.push((name.clone(), rest_pose(capture, name, track)));
             }
         }
     }
@@ -154,6 +154,22 @@ fn unseen(capture: &Capture, seen: &[Body]) -> Vec<(String, Pose)> {
         }
     }
     found
+}
+
+/// Seconds at the start of a track over which its pose is averaged.
+const REST: f64 = 0.25;
+
+/// The mean of the first poses of a track; the first alone where it moves at once.
+fn rest_pose(capture: &Capture, name: &str, track: &PoseStream) -> Pose {
+    let first = first_pose(track);
+    let noise = track_noise(capture, name);
+    let rests = |mean: &nalgebra::Isometry3<f64>| {
+        (mean.translation.vector - first.translation.vector).norm() < 3.0 * noise.position
+            && mean.rotation.angle_to(&first.rotation) < 3.0 * noise.rotation
+    };
+    let oriented = track.rotation.first().is_some_and(Option::is_some);
+    let mean = first_rest(track, REST).map(|(mean, _)| mean);
+    mean.filter(|mean| oriented && rests(mean)).map_or(first, Pose)
 }
 
 /// The first pose of a track, upright where it lacks orientation.
@@ -190,6 +206,36 @@ pub fn join(model: &mut Model, found: Articulation) {
     }
     for joint in found.joints {
         merge(&mut model.twin, joint);
+    }
+}
+
+/// From this probability of a joint on the force that a push felt is not put down to the support.
+const PERHAPS_HELD: f64 = 0.3;
+
+/// Pairs that moved as if a joint held them: that they merely rest is the less likely, and what was felt may be the joint's.
+pub fn doubt(model: &mut Model, unproven: &[Unproven]) {
+    for pair in unproven {
+        let of_it = |r: &&mut Relation| {
+            let names = (r.a.as_str(), r.b.as_str());
+            let (parent, child) = (pair.parent.as_str(), pair.child.as_str());
+            let loose = matches!(r.kind, RelationKind::Resting | RelationKind::Separate);
+            loose && (names == (parent, child) || names == (child, parent))
+        };
+        let relations = model.twin.relations.iter_mut();
+        relations.filter(of_it).for_each(|r| r.probability *= 1.0 - pair.share);
+        let Some(link) = model.twin.link_mut(&pair.child).filter(|_| pair.share > PERHAPS_HELD) else {
+            continue;
+        };
+        let forces = [&mut link.friction_force.kinetic, &mut link.friction_force.static_];
+        let coefficients = [&mut link.friction.kinetic, &mut link.friction.static_];
+        for value in forces.into_iter().chain(coefficients).flatten() {
+            value.status = Status::Assumed;
+            value.confounded = Some(Confounded {
+                with: vec![format!("joint({}, {})", pair.parent, pair.child)],
+                known: "the force that moves it".into(),
+                experiment: format!("pull {} off its path, or lift it off {}", pair.child, pair.parent),
+            });
+        }
     }
 }
 

@@ -59,8 +59,10 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     clock.lap("symmetry");
 
     let segmented = interaction::segment(capture, &model, &options.interaction, &mut notices)?;
+    let mut unproven = Vec::new();
     if options.runs(Pass::Articulation) {
-        let found = articulation::infer(capture, &segmented, &model, &options.articulation, &mut notices)?;
+        let mut found = articulation::infer(capture, &segmented, &model, &options.articulation, &mut notices)?;
+        unproven = std::mem::take(&mut found.unproven);
         assemble::join(&mut model, found);
     }
     clock.lap("articulation");
@@ -76,6 +78,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         model.twin.relations = relations::relate(capture, &segmented, &model, &options.relations, &mut notices)?;
         assemble::weld(&mut model);
     }
+    assemble::doubt(&mut model, &unproven);
     clock.lap("relations");
 
     let diagnosed = match &seen_before_and_after {

@@ -3,12 +3,15 @@
 //!
 //! What counts as proof: the thing that was not touched came along although mere contact cannot have shoved it
 //! (transmission); one and the same hinge axis under pushes in different directions or at different places
-//! (persistence); a low-dimensional motion of a thing that stands on nothing (suspension).
+//! (persistence); a low-dimensional motion of a thing that stands on nothing (suspension); a way with a stop at either
+//! end; a long turn about one axis that the tool did not make by itself.
 
 use nalgebra::Vector3;
 
+use super::describe::ends_reached;
 use super::fit::Fit;
 use super::pair::Pair;
+use super::select::Selection;
 use crate::capture::{Capture, Interaction, Kind, PoseStream};
 use crate::geometry::Mesh;
 use crate::math::quantile;
@@ -86,8 +89,16 @@ impl Placement {
 }
 
 /// Looks for proof that the two are held by the joint that `fit` describes.
-pub fn coupling(capture: &Capture, pair: &Pair, fit: &Fit, placement: &Placement) -> Coupling {
+pub fn coupling(capture: &Capture, pair: &Pair, selection: &Selection, placement: &Placement) -> Coupling {
     let mut found = Coupling::default();
+    let fit = &selection.candidates[0].fit;
+    let one_way = matches!(
+        fit.manifold.kind,
+        JointKind::Prismatic | JointKind::Revolute | JointKind::Screw
+    );
+    if one_way && ends_reached(pair, selection) == [true, true] {
+        found.add(&pair.runs[0].name, "it ran into a stop at either end of its way");
+    }
     for run in &pair.runs {
         if transmitted(capture, pair, run, fit, placement) {
             found.add(&run.name, "the one that was not touched came along");
@@ -100,6 +111,9 @@ pub fn coupling(capture: &Capture, pair: &Pair, fit: &Fit, placement: &Placement
         found.add(&pair.runs[0].name, "it stands on nothing and keeps to its path");
     }
     for (k, run) in pair.runs.iter().enumerate() {
+        if led_about(pair, k, selection) {
+            found.add(&run.name, "it kept to one axis over a long turn that was led about it");
+        }
         if run.kind == Kind::Pull && run.target.as_deref() == Some(&pair.child) && pair.moved(k) {
             if !glides(run, pair, fit, placement) {
                 found.add(
@@ -132,6 +146,34 @@ fn glides(run: &Interaction, pair: &Pair, fit: &Fit, placement: &Placement) -> b
         JointKind::Prismatic => lean < 0.17,
         JointKind::Screw => fit.manifold.pitch.abs() < 5e-4 && lean > 0.98,
         _ => true,
+    }
+}
+
+/// A turn about one axis this long is no chance, rad.
+const LONG_TURN: f64 = 1.0;
+/// How far from the axis a tool is led about it at least: nearer it may turn what it holds on the spot, m.
+const LED: f64 = 0.02;
+/// By how much the noise may be understated for an axis to be one.
+const WITHIN_NOISE: f64 = 2.0;
+
+/// True where a tool led the child over a long turn about an axis that stayed where it is, and was itself led about that
+/// axis; or where the child rose as a screw does. What is free is drawn along, or turned where it stands.
+fn led_about(pair: &Pair, k: usize, selection: &Selection) -> bool {
+    let (run, manifold) = (pair.runs[k], &selection.candidates[0].fit.manifold);
+    let held = run.kind == Kind::Pull && run.target.as_deref() == Some(&pair.child);
+    let long = pair.excursion(k).1 > LONG_TURN && selection.inflation < WITHIN_NOISE;
+    let parent = &run.tracks[pair.parent.as_str()];
+    let first = (0..parent.len()).find_map(|i| parent.pose(i));
+    let (true, true, Some(pose), Some(path)) = (held, long, first, &run.tool_path) else {
+        return false;
+    };
+    match manifold.kind {
+        JointKind::Screw => (LONG_TURN * manifold.pitch).abs() > 6.0 * pair.samples[0].noise.position,
+        JointKind::Revolute => path.position.iter().filter(|p| p.x.is_finite()).all(|p| {
+            let arm = pose.0.inverse_transform_point(p).coords - manifold.point;
+            arm.cross(&manifold.axis).norm() > LED
+        }),
+        _ => false,
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Isometry3, Matrix3, Vector3};
 
 use super::coupling::Placement;
-use super::limits::{Travel, limits, travelled};
+use super::limits::{Travel, ends, limits, travelled};
 use super::manifold::Manifold;
 use super::pair::Pair;
 use super::select::{KINDS, Selection};
@@ -79,6 +79,11 @@ pub fn describe(pair: &Pair, selection: &Selection, anchor: &Anchor, placement: 
     }
 }
 
+/// Whether the lower and the upper end of the way of the best candidate were run into.
+pub fn ends_reached(pair: &Pair, selection: &Selection) -> [bool; 2] {
+    ends(pair, &travels(pair, selection, 0.0), position_noise(selection))
+}
+
 fn probability_of(selection: &Selection, kind: JointKind, held: f64) -> f64 {
     let found = selection.candidates.iter().find(|c| c.fit.manifold.kind == kind);
     held * found.map_or(0.0, |c| c.probability)
@@ -96,12 +101,13 @@ fn position_at(manifold: &Manifold, pose: &Isometry3<f64>) -> f64 {
             rotation: 1e-2,
         },
     };
-    manifold.project(&sample).z[0]
+    manifold.project_all(&[sample])[0].z[0]
 }
 
 fn travels(pair: &Pair, selection: &Selection, start: f64) -> Vec<Travel> {
     let projections = &selection.candidates[0].fit.projections;
-    let turning = selection.candidates[0].fit.manifold.kind != JointKind::Prismatic;
+    let kind = selection.candidates[0].fit.manifold.kind;
+    let turning = !matches!(kind, JointKind::Prismatic | JointKind::Screw);
     (0..pair.runs.len())
         .map(|run| {
             let mut travel = Travel {
@@ -120,6 +126,7 @@ fn travels(pair: &Pair, selection: &Selection, start: f64) -> Vec<Travel> {
         .collect()
 }
 
+/// The position that goes on from the last one. A screw's whole turns are told already: they shift it.
 fn unwrapped(q: f64, last: Option<f64>, turning: bool) -> f64 {
     use std::f64::consts::TAU;
     let near = last.unwrap_or(0.0);

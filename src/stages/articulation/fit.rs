@@ -69,7 +69,7 @@ fn typical(projections: &[Projection]) -> f64 {
 }
 
 fn evaluate(manifold: &Manifold, samples: &[Sample]) -> (Vec<Projection>, f64) {
-    let projections: Vec<Projection> = samples.iter().map(|s| manifold.project(s)).collect();
+    let projections = manifold.project_all(samples);
     let threshold = HUBER * typical(&projections);
     let chi2 = projections
         .iter()
@@ -101,7 +101,8 @@ fn normal_matrix(manifold: &Manifold, samples: &[Sample], projections: &[Project
         let weight = (threshold / projection.residual.norm().max(1e-12)).min(1.0);
         let mut columns = DMatrix::zeros(6, n);
         for (k, m) in moved.iter().enumerate() {
-            columns.set_column(k, &((projection.residual - m.project(sample).residual) / 1e-6));
+            let there = m.project_near(sample, projection.z[0]).residual;
+            columns.set_column(k, &((projection.residual - there) / 1e-6));
         }
         information += weight * columns.transpose() * &columns;
         gradient += weight * columns.transpose() * projection.residual;
@@ -281,20 +282,19 @@ fn sphere(samples: &[Sample]) -> Option<Vector3<f64>> {
     Some(mean + 0.5 * solved.xyz())
 }
 
-/// Slope of the shift along the axis over the angle.
+/// Slope of the shift along the axis over the angle within interactions: between them it may have made whole turns.
 fn pitch(manifold: &Manifold, samples: &[Sample]) -> f64 {
-    let still = Manifold {
-        kind: JointKind::Cylindrical,
-        ..manifold.clone()
-    };
-    let pairs: Vec<[f64; 3]> = samples.iter().map(|s| still.project(s).z).collect();
-    let n = pairs.len() as f64;
-    let (mean_angle, mean_shift) = (
-        pairs.iter().map(|z| z[0]).sum::<f64>() / n,
-        pairs.iter().map(|z| z[1]).sum::<f64>() / n,
-    );
-    let over: f64 = pairs.iter().map(|z| (z[0] - mean_angle) * (z[1] - mean_shift)).sum();
-    let under: f64 = pairs.iter().map(|z| (z[0] - mean_angle).powi(2)).sum();
+    let pairs = manifold.turns_and_shifts(samples);
+    let (mut over, mut under, mut from) = (0.0, 0.0, 0);
+    for rows in samples.chunk_by(|a, b| a.run == b.run) {
+        let here = &pairs[from..from + rows.len()];
+        let n = here.len() as f64;
+        let mean = |k: usize| here.iter().map(|z| z[k]).sum::<f64>() / n;
+        let (angle, shift) = (mean(0), mean(1));
+        over += here.iter().map(|z| (z[0] - angle) * (z[1] - shift)).sum::<f64>();
+        under += here.iter().map(|z| (z[0] - angle).powi(2)).sum::<f64>();
+        from += rows.len();
+    }
     if under > 0.0 { over / under } else { 0.0 }
 }
 

@@ -23,12 +23,25 @@ pub struct Articulation {
     /// Links that were never seen or tracked but that a joint needs: `world` as the parent of what hangs on
     /// something that nobody tracked, and a handle that only the tool followed.
     pub world_links: Vec<String>,
+    /// Pairs that moved as if a joint held them, which nothing proves.
+    pub unproven: Vec<Unproven>,
+}
+
+/// Two things whose relative motion is that of a joint, though nothing shows that they hold each other.
+#[derive(Clone, Debug)]
+pub struct Unproven {
+    /// The one that moved less.
+    pub parent: String,
+    /// The one that moved more.
+    pub child: String,
+    /// Probability that a joint holds them after all.
+    pub share: f64,
 }
 
 /// Seconds at the start of a track over which its pose is averaged.
 const REST: f64 = 0.25;
 /// Probability that two things are held once that was shown; names that say so (`body/link`) leave no doubt.
-const HELD: f64 = 0.98;
+pub const HELD: f64 = 0.98;
 
 /// Finds the joints between things that were tracked one by one, and of things that were pulled along a path
 /// while nothing else was tracked.
@@ -48,15 +61,16 @@ pub fn infer(
         .flat_map(|i| i.tracks.keys().map(String::as_str))
         .collect();
     let names: Vec<&str> = names.into_iter().filter(|n| seen(capture, n, notices)).collect();
-    let mut joints = Vec::new();
+    let (mut joints, mut unproven) = (Vec::new(), Vec::new());
     for (k, a) in names.iter().enumerate() {
         for b in &names[k + 1..] {
-            joints.extend(judge(capture, model, config, notices, a, b));
+            joints.extend(judge(capture, model, config, (notices, &mut unproven), a, b));
         }
     }
     let mut out = Articulation {
         joints: tree_of(joints, notices),
         world_links: Vec::new(),
+        unproven,
     };
     world::infer_world(capture, model, config, notices, &mut out);
     Ok(out)
@@ -74,7 +88,14 @@ fn seen(capture: &Capture, name: &str, notices: &mut Notices) -> bool {
 }
 
 /// The joint between two tracked things, where there is one.
-fn judge(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, a: &str, b: &str) -> Option<Joint> {
+fn judge(
+    capture: &Capture,
+    model: &Model,
+    config: &Config,
+    (notices, unproven): (&mut Notices, &mut Vec<Unproven>),
+    a: &str,
+    b: &str,
+) -> Option<Joint> {
     let pair = Pair::gather(capture, a, b)?;
     let declared = same_body(a, b);
     if !declared && !(0..pair.runs.len()).any(|run| pair.moved(run)) {
@@ -98,23 +119,27 @@ fn judge(capture: &Capture, model: &Model, config: &Config, notices: &mut Notice
         return None;
     }
     if !declared && impossible(kind, &selection, &placement, config) {
-        let second = selection
-            .candidates
-            .get(1)
-            .map(|c| (c.fit.manifold.kind, c.probability));
+        let second = selection.candidates.get(1).map_or_else(String::new, |c| {
+            format!("; next {:?} ({:.3})", c.fit.manifold.kind, c.probability)
+        });
         let about = format!("{}, {}", pair.parent, pair.child);
         let how = format!(
-            "their relative motion is best {kind:?} ({:.3}), as of things that are not held; next {second:?}",
+            "their relative motion is best {kind:?} ({:.3}), as of things that are not held{second}",
             best.probability
         );
         notices.note("articulation", &about, how.to_lowercase());
         return None;
     }
-    let proof = coupling(capture, &pair, &best.fit, &placement);
+    let proof = coupling(capture, &pair, &selection, &placement);
     if !declared && !proof.proven() {
         let about = format!("{}, {}", pair.parent, pair.child);
         let how = format!("their relative motion looks {kind:?}, but nothing shows that they hold each other");
         notices.note("articulation", &about, how.to_lowercase());
+        unproven.push(Unproven {
+            share: best.probability * chance(&pair, kind),
+            parent: pair.parent,
+            child: pair.child,
+        });
         return None;
     }
     let held = if declared { 1.0 } else { HELD };
@@ -123,6 +148,18 @@ fn judge(capture: &Capture, model: &Model, config: &Config, notices: &mut Notice
     }
     let anchor = anchor(capture, model, &pair);
     Some(describe(&pair, &selection, &anchor, &placement, held))
+}
+
+/// Probability that a joint holds what kept to one path, though nothing proves it: in one motion, in several.
+const KEPT: (f64, f64) = (0.1, 0.4);
+
+fn chance(pair: &Pair, kind: JointKind) -> f64 {
+    let one_way = matches!(kind, JointKind::Prismatic | JointKind::Revolute | JointKind::Screw);
+    match (0..pair.runs.len()).filter(|run| pair.moved(*run)).count() {
+        _ if !one_way => 0.0,
+        0 | 1 => KEPT.0,
+        _ => KEPT.1,
+    }
 }
 
 /// True for two links of one body by their names, `body/link`.

@@ -51,13 +51,18 @@ pub fn limits(pair: &Pair, travels: &[Travel], sd: f64, unit: &str) -> Option<Es
     Some(estimate)
 }
 
+/// Whether the lower and the upper end were run into.
+pub fn ends(pair: &Pair, travels: &[Travel], sd: f64) -> [bool; 2] {
+    [-1.0, 1.0].map(|sign| reached(pair, travels, sd, sign).is_some())
+}
+
 /// The end in one direction (`sign`), and the run that ran into it.
 fn reached(pair: &Pair, travels: &[Travel], sd: f64, sign: f64) -> Option<(f64, usize)> {
     let extreme = travels
         .iter()
         .flat_map(|t| t.position.iter().map(|q| sign * q))
         .fold(f64::NEG_INFINITY, f64::max);
-    travels.iter().find_map(|t| {
+    let set_out_for = travels.iter().find_map(|t| {
         let at_end: Vec<usize> = (0..t.time.len())
             .filter(|&i| sign * t.position[i] > extreme - 5.0 * sd)
             .collect();
@@ -68,6 +73,25 @@ fn reached(pair: &Pair, travels: &[Travel], sd: f64, sign: f64) -> Option<(f64, 
             let mean = at_end.iter().map(|&i| t.position[i]).sum::<f64>() / at_end.len() as f64;
             (mean, t.run)
         })
+    });
+    set_out_for.or_else(|| travels.iter().find_map(|t| came_back_to(pair, t, sd, sign, extreme)))
+}
+
+/// Share of the way to an end from which on the force is that of the way there.
+const LAST_PART: f64 = 0.7;
+
+/// The end in one direction where a motion came back to it: where it set out from it, or had run into the other one.
+fn came_back_to(pair: &Pair, t: &Travel, sd: f64, sign: f64, extreme: f64) -> Option<(f64, usize)> {
+    let apart = |i: &usize| extreme - sign * t.position[*i];
+    let all = || 0..t.time.len();
+    let farthest = all().map(|i| apart(&i)).fold(0.0, f64::max);
+    let away = all().rev().find(|i| apart(i) > LAST_PART * farthest)?;
+    let at_end: Vec<usize> = (away..t.time.len()).filter(|i| apart(i) < 5.0 * sd).collect();
+    let (first, last) = (*at_end.first()?, *at_end.last()?);
+    let came = farthest > 20.0 * sd && t.time[last] - t.time[first] > 0.1;
+    (came && pressed(pair.runs[t.run], t.time[away], t.time[first], t.time[last])).then(|| {
+        let mean = at_end.iter().map(|i| t.position[*i]).sum::<f64>() / at_end.len() as f64;
+        (mean, t.run)
     })
 }
 

@@ -175,7 +175,62 @@ impl Manifold {
     /// The allowed pose nearest to a sample: joint positions, residual, and half the log determinant of the
     /// joint positions' information (their precision in this sample).
     pub fn project(&self, sample: &Sample) -> Projection {
+        self.project_from(sample, self.guess(sample))
+    }
+
+    /// As [`Manifold::project`], with the angle of a screw within half a turn of `angle`: a screw's whole turns count.
+    pub fn project_near(&self, sample: &Sample, angle: f64) -> Projection {
         let mut z = self.guess(sample);
+        if self.kind == JointKind::Screw {
+            z[0] = nearest_turn(z[0], angle);
+        }
+        self.project_from(sample, z)
+    }
+
+    /// The allowed poses nearest to samples in the order of time.
+    pub fn project_all(&self, samples: &[Sample]) -> Vec<Projection> {
+        if self.kind != JointKind::Screw {
+            return samples.iter().map(|s| self.project(s)).collect();
+        }
+        let angles = self.screw_angles(samples);
+        let pairs = samples.iter().zip(&angles);
+        pairs.map(|(s, angle)| self.project_near(s, *angle)).collect()
+    }
+
+    /// Angle and shift along the axis of each sample. The angle goes on over whole turns within an interaction.
+    pub fn turns_and_shifts(&self, samples: &[Sample]) -> Vec<[f64; 2]> {
+        let cylinder = Self {
+            kind: JointKind::Cylindrical,
+            ..self.clone()
+        };
+        let mut out: Vec<[f64; 2]> = Vec::with_capacity(samples.len());
+        for (i, sample) in samples.iter().enumerate() {
+            let [angle, shift, _] = cylinder.guess(sample);
+            let before = out.last().filter(|_| samples[i - 1].run == sample.run);
+            out.push([before.map_or(angle, |b| nearest_turn(angle, b[0])), shift]);
+        }
+        out
+    }
+
+    /// The angles of a screw; between interactions it has made as many whole turns as its shift tells.
+    fn screw_angles(&self, samples: &[Sample]) -> Vec<f64> {
+        let mut turns = self.turns_and_shifts(samples);
+        let lead = std::f64::consts::TAU * self.pitch;
+        let mut from = 0;
+        for rows in samples.chunk_by(|a, b| a.run == b.run) {
+            let here = &mut turns[from..from + rows.len()];
+            let mean = |of: &dyn Fn(usize) -> f64| (0..rows.len()).map(of).sum::<f64>() / rows.len() as f64;
+            let ahead = mean(&|i| here[i][1] - self.pitch * here[i][0]);
+            if lead.abs() > TOLD_BY_SHIFT * mean(&|i| rows[i].noise.position) {
+                let whole = (ahead / lead).round() * std::f64::consts::TAU;
+                here.iter_mut().for_each(|z| z[0] += whole);
+            }
+            from += rows.len();
+        }
+        turns.iter().map(|z| z[0]).collect()
+    }
+
+    fn project_from(&self, sample: &Sample, mut z: [f64; 3]) -> Projection {
         let n = self.latents();
         let mut log_precision = 0.0;
         for _ in 0..2 {
@@ -245,6 +300,14 @@ pub struct Projection {
     pub residual: SMatrix<f64, 6, 1>,
     /// Half the log determinant of the information on the joint positions.
     pub log_precision: f64,
+}
+
+/// A turn of a screw is told by its shift where its lead is so many times the noise of a position.
+const TOLD_BY_SHIFT: f64 = 6.0;
+
+/// The angle that differs from `angle` by whole turns and lies nearest to `near`.
+fn nearest_turn(angle: f64, near: f64) -> f64 {
+    angle + std::f64::consts::TAU * ((near - angle) / std::f64::consts::TAU).round()
 }
 
 fn wrapped(angle: f64) -> f64 {

@@ -11,7 +11,9 @@ mod pair;
 mod select;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_proof;
 mod world;
 
 pub use config::Config;
-pub use infer::{Articulation, infer};
+pub use infer::{Articulation, Unproven, infer};

@@ -14,7 +14,7 @@ use crate::capture::{Capture, Interaction, Kind, Noise, PoseStream, Support, Tra
 use crate::twin::{Joint, JointKind, Model, Provenance, Twin};
 
 /// Noise of the tracks: a motion capture rig, a good camera, a poor one.
-const LEVELS: [TrackNoise; 3] = [
+pub(super) const LEVELS: [TrackNoise; 3] = [
     TrackNoise {
         position: 1e-4,
         rotation: 1e-3,
@@ -29,11 +29,11 @@ const LEVELS: [TrackNoise; 3] = [
     },
 ];
 
-fn turn(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
+pub(super) fn turn(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), angle)
 }
 
-fn stream(poses: &[Isometry3<f64>], noise: TrackNoise, rng: &mut impl Rng) -> PoseStream {
+pub(super) fn stream(poses: &[Isometry3<f64>], noise: TrackNoise, rng: &mut impl Rng) -> PoseStream {
     let mut draw = |sd: f64| Vector3::from_fn(|_, _| -> f64 { StandardNormal.sample(rng) }) * sd;
     let mut out = PoseStream::default();
     for (i, pose) in poses.iter().enumerate() {
@@ -47,7 +47,7 @@ fn stream(poses: &[Isometry3<f64>], noise: TrackNoise, rng: &mut impl Rng) -> Po
 }
 
 /// A path with a rest before and after a smooth motion of share 0 to 1.
-fn shares(count: usize) -> Vec<f64> {
+pub(super) fn shares(count: usize) -> Vec<f64> {
     (0..count)
         .map(|i| {
             let s = (i as f64 / count as f64 * 1.5 - 0.25).clamp(0.0, 1.0);
@@ -56,7 +56,7 @@ fn shares(count: usize) -> Vec<f64> {
         .collect()
 }
 
-fn interaction(name: &str, target: &str, way: Vector3<f64>, tracks: Vec<(&str, PoseStream)>) -> Interaction {
+pub(super) fn interaction(name: &str, target: &str, way: Vector3<f64>, tracks: Vec<(&str, PoseStream)>) -> Interaction {
     let time: Vec<f64> = tracks[0].1.time.clone();
     let path = shares(time.len()).iter().map(|s| Point3::from(way * *s)).collect();
     let rotation = vec![Some(UnitQuaternion::identity()); time.len()];
@@ -80,7 +80,7 @@ fn interaction(name: &str, target: &str, way: Vector3<f64>, tracks: Vec<(&str, P
     }
 }
 
-fn capture(interactions: Vec<Interaction>, table: bool) -> Capture {
+pub(super) fn capture(interactions: Vec<Interaction>, table: bool) -> Capture {
     Capture {
         root: Default::default(),
         name: "made-up".into(),
@@ -101,7 +101,7 @@ fn capture(interactions: Vec<Interaction>, table: bool) -> Capture {
     }
 }
 
-fn nothing_seen() -> Model {
+pub(super) fn nothing_seen() -> Model {
     Model {
         twin: Twin {
             format: "palpate-twin/1".into(),
@@ -119,7 +119,7 @@ fn nothing_seen() -> Model {
     }
 }
 
-fn joints_of(capture: &Capture) -> Vec<Joint> {
+pub(super) fn joints_of(capture: &Capture) -> Vec<Joint> {
     let mut notices = Notices::default();
     let found = infer(capture, &[], &nothing_seen(), &Config::default(), &mut notices);
     found.expect("inferred").joints
@@ -310,7 +310,7 @@ fn what_never_moved_relative_to_each_other_has_no_joint() {
 }
 
 /// A handle pulled along a path, positions only.
-fn handle(path: impl Fn(f64) -> Vector3<f64>, count: usize, noise: f64, seed: u64) -> Capture {
+pub(super) fn handle(path: impl Fn(f64) -> Vector3<f64>, count: usize, noise: f64, seed: u64) -> Capture {
     let mut rng = rng_for(Seed(seed), "handle");
     let poses: Vec<Isometry3<f64>> = (0..count)
         .map(|i| Isometry3::from_parts(path(i as f64 / (count - 1) as f64).into(), UnitQuaternion::identity()))

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::Config;
 use super::coupling::Placement;
 use super::describe::{Anchor, describe};
-use super::infer::{Articulation, world_mesh};
+use super::infer::{Articulation, HELD, world_mesh};
 use super::manifold::Sample;
 use super::pair::{Pair, thinned};
 use super::select::{KINDS, Selection, select};
@@ -22,19 +22,19 @@ const WORLD: &str = "world";
 /// Shortest path that says anything, m.
 const LEAST_PATH: f64 = 0.01;
 
+/// Held points of things that stand on a table are hardly higher than this above it, m.
+const TALLEST: f64 = 0.25;
+/// Sine of the angle to the support below which a path keeps level.
+const LEVEL: f64 = 0.05;
+
 /// Adds the joints of things that were pulled while nothing else was tracked and nothing carries them.
 pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, out: &mut Articulation) {
-    if capture.support.is_some() {
-        return;
-    }
-    let targets: BTreeSet<&str> = capture
-        .fitted()
-        .filter(|i| i.kind == Kind::Pull && i.tracks.len() <= 1)
-        .filter_map(|i| i.target.as_deref())
-        .collect();
+    let pulls = capture.fitted().filter(|i| i.kind == Kind::Pull && i.tracks.len() <= 1);
+    let targets: BTreeSet<&str> = pulls.filter_map(about).collect();
     for target in targets {
         let known = out.joints.iter().any(|j| j.child == target || j.parent == target);
-        let joint = if known {
+        let stands = capture.support.is_some() && model.twin.link(target).is_some_and(|l| l.mesh.is_some());
+        let joint = if known || stands {
             None
         } else {
             pulled(capture, model, config, notices, target)
@@ -49,6 +49,22 @@ pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &
             out.joints.push(joint);
         }
     }
+}
+
+/// What a pull is of: its target, else the one thing that was tracked.
+fn about(run: &Interaction) -> Option<&str> {
+    let only = run.tracks.keys().next().filter(|_| run.tracks.len() == 1);
+    run.target.as_deref().or(only.map(String::as_str))
+}
+
+/// True where what stands on the support could have been drawn along this path: it keeps level, and no higher than things are.
+fn could_glide(capture: &Capture, samples: &[Sample]) -> bool {
+    let Some(support) = &capture.support else { return false };
+    let height = |s: &Sample| support.normal.dot(&(s.position - support.point.coords));
+    let heights = || samples.iter().map(height);
+    let rises = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
+    let noise = samples.iter().map(|s| s.noise.position).sum::<f64>() / samples.len() as f64;
+    rises < (LEVEL * extent(samples)).max(8.0 * noise) && height(&samples[0]) < TALLEST
 }
 
 /// The path of one pull, thinned, with the world as the parent.
@@ -96,11 +112,20 @@ const OF_A_PATH: [JointKind; 4] = [
 /// The joint that the pulls of one thing show.
 fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, target: &str) -> Option<Joint> {
     let mut runs: Vec<(&Interaction, Vec<Sample>, Selection)> = Vec::new();
-    for run in capture.fitted().filter(|i| i.target.as_deref() == Some(target)) {
+    let own = |i: &&Interaction| i.kind == Kind::Pull && about(i) == Some(target);
+    for run in capture.fitted().filter(own) {
         if let Some(samples) = samples_of(capture, run, target) {
             let selection = select(&samples, &OF_A_PATH, config.world_reach)?;
             runs.push((run, samples, selection));
         }
+    }
+    let mut silent = |why: String| {
+        let message = format!("no joint with the world is claimed: {why}");
+        notices.note("articulation", target, message);
+        None
+    };
+    if runs.is_empty() {
+        return silent(format!("no pull led it along {:.0} mm or more", 1e3 * LEAST_PATH));
     }
     let weights = pooled(&runs.iter().map(|r| &r.2).collect::<Vec<_>>());
     let (kind, probability) = weights
@@ -108,7 +133,17 @@ fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notic
         .max_by(|a, b| a.1.total_cmp(b.1))
         .map(|(k, p)| (*k, *p))?;
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
-        return None;
+        return silent(format!("its path is best {kind:?} ({probability:.2})").to_lowercase());
+    }
+    if runs.iter().all(|r| could_glide(capture, &r.1)) {
+        let way = if kind == JointKind::Prismatic {
+            "a line"
+        } else {
+            "an arc"
+        };
+        return silent(format!(
+            "it kept to {way} level above the support, as what stands on it does when it is drawn along: view it, or lift it"
+        ));
     }
     let best = runs
         .iter()
@@ -137,7 +172,9 @@ fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notic
         samples: best.1.clone(),
     };
     let (anchor, placement) = surroundings(model, target, &best.1);
-    let mut joint = describe(&pair, &selection, &anchor, &placement, 1.0);
+    // Beside a support something may carry it after all.
+    let held = if capture.support.is_some() { HELD } else { 1.0 };
+    let mut joint = describe(&pair, &selection, &anchor, &placement, held);
     for from in [&mut joint.axis.from, &mut joint.origin.from] {
         *from = runs.iter().map(|r| r.0.name.clone()).collect();
     }

@@ -221,7 +221,7 @@ fn name_causes(
     }
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
     findings_of_inertia(capture, model, pushes.is_some(), &loads, findings);
-    let of_joints = joint_findings(model, findings);
+    let of_joints = joint_findings(capture, segmented, model, findings);
     findings.extend(of_joints);
     findings.extend(told_by_one_number(capture, segmented, model));
     match lag {

@@ -199,6 +199,16 @@ pub trait Family: Sync {
         0.0
     }
 
+    /// Share by which all amplitudes may be off together.
+    fn common_doubt(&self) -> f64 {
+        0.0
+    }
+
+    /// Doubt of where its places are counted from, in their unit.
+    fn place_doubt(&self) -> f64 {
+        0.0
+    }
+
     /// What its shared numbers are beside the effects of a fit.
     fn levels(&self, _: &Fit) -> Vec<Level> {
         Vec::new()

@@ -38,7 +38,13 @@ pub fn joint_path(interaction: &Interaction, model: &Model, joint: &Joint) -> Op
         };
         Some(JointMoment { time, position, strays })
     };
-    let all: Vec<JointMoment> = (0..track.len()).filter_map(one).collect();
+    let mut all: Vec<JointMoment> = (0..track.len()).filter_map(one).collect();
+    if joint.kind != JointKind::Prismatic {
+        for i in 1..all.len() {
+            let turns = ((all[i - 1].position - all[i].position) / std::f64::consts::TAU).round();
+            all[i].position += turns * std::f64::consts::TAU;
+        }
+    }
     (!all.is_empty()).then_some(all)
 }
 

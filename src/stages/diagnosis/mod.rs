@@ -26,6 +26,8 @@ mod marginal;
 mod motion_history;
 mod motion_laws;
 mod motion_places;
+mod motion_reads;
+mod motion_stops;
 mod motions;
 mod named;
 mod naming;

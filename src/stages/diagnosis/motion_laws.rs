@@ -3,6 +3,7 @@
 use super::family::{Active, Law, Parameter};
 use super::motion_history::{freed, history_laws};
 use super::motion_places::local_laws;
+use super::motion_stops::Stop;
 use super::motions::Scale;
 
 pub(super) mod form {
@@ -52,6 +53,8 @@ pub struct Moved {
     pub began: Option<f64>,
     /// Too slow for the direction of friction to be sure.
     pub still: bool,
+    /// What a stop may do here.
+    pub stop: Stop,
 }
 
 impl Moved {
@@ -288,7 +291,7 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         vec![vec![low], vec![0.5 * (low + high)], vec![high]],
         "the joint is drawn back the farther it is moved",
     )];
-    if s.turns {
+    if s.turns && s.weighed {
         let amplitude = |name| Parameter::amplitude(name, effort, 0.5 * s.load);
         laws.push(make.law(
             "joint-gravity",
@@ -297,6 +300,8 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             vec![Vec::new()],
             "the load goes as sine and cosine of the angle, as a weight's does",
         ));
+    }
+    if s.turns {
         let share = |name| Parameter::amplitude(name, "1", 0.15);
         laws.push(make.law(
             "lever-arm",

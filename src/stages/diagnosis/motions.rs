@@ -6,27 +6,23 @@
 //! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
 //! what friction allows.
 
+use nalgebra::Vector3;
+
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::marginal::weights;
 use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
+use super::motion_reads::{BIN, Read, read_all};
+use super::motion_stops::{Stop, mark_stops, weighed};
 use super::named::left;
 use super::naming::NAMED;
 use super::{Curve, Quantity};
-use crate::capture::{Capture, Interaction, Segmented};
+use crate::capture::{Capture, Segmented};
 use crate::math::{median, quantile};
-use crate::stages::estimation::{JointLoad, joint_loads};
+use crate::stages::estimation::JointLoad;
 use crate::twin::{Joint, JointKind, Model};
 
-/// Seconds of one sample.
-const BIN: f64 = 0.04;
-/// Half the span of the parabola from which velocities come: at first, at least, at most, s, and as a share of the
-/// time that the motion takes from end to end.
-const HALF: [f64; 3] = [0.08, 0.04, 0.4];
-const SHARE: f64 = 0.1;
-/// A parent that moves by more than this does not stand, m.
-const STANDS: f64 = 3e-3;
 /// Share of the load that the plain model leaves open: the arm of the force, the axis.
 const EVEN: f64 = 0.015;
 /// Share of the fast speeds below which the direction of friction is not sure.
@@ -53,6 +49,8 @@ pub struct Scale {
     /// Lowest and highest position, rad or m.
     pub range: [f64; 2],
     pub turns: bool,
+    /// A weight can load it.
+    pub weighed: bool,
 }
 
 /// All motions of one joint.
@@ -70,55 +68,10 @@ pub struct Motions {
     /// When the first motion began, s, of the capture's clock.
     zero: f64,
     turning: Turning,
-}
-
-struct Read {
-    interaction: String,
-    held_out: bool,
-    loads: Vec<JointLoad>,
-    /// Half the span from which its velocities come, s.
-    half: f64,
-    noise: f64,
-    /// Noise of the track along the freedom, rad or m.
-    jitter: f64,
-}
-
-/// Slow motions allow a long span, which calms their speed; fast ones need a short one.
-fn span_of(loads: &[JointLoad]) -> Option<f64> {
-    let speeds: Vec<f64> = loads.iter().map(|l| l.speed.abs()).collect();
-    let places: Vec<f64> = loads.iter().map(|l| l.position).collect();
-    let range = quantile(&places, 0.98)? - quantile(&places, 0.02)?;
-    let lasts = range / quantile(&speeds, 0.8)?.max(1e-9);
-    Some((SHARE * lasts).clamp(HALF[1], HALF[2]))
-}
-
-fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model, joint: &Joint) -> Vec<Read> {
-    let one = |interaction: &Interaction| {
-        let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
-        let first = joint_loads(interaction, cut, joint, model, [BIN, HALF[0], STANDS])?;
-        let half = span_of(&first)?;
-        let loads = joint_loads(interaction, cut, joint, model, [BIN, half, STANDS])?;
-        let noise = capture.noise.force.or(cut.force_noise)?;
-        let own = if joint.kind == JointKind::Revolute {
-            capture.noise.rotation.or(cut.rotation_noise)
-        } else {
-            capture.noise.position.or(cut.position_noise)
-        };
-        let stream = interaction.force.as_ref()?;
-        let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?).max(1e-6);
-        Some(Read {
-            interaction: interaction.name.clone(),
-            held_out: interaction.held_out,
-            loads,
-            half,
-            noise: noise / (rate * BIN).max(1.0).sqrt(),
-            jitter: own.unwrap_or(0.0),
-        })
-    };
-    let mut reads: Vec<Read> = capture.interactions.iter().filter_map(one).collect();
-    let start = |r: &Read| r.loads.first().map_or(f64::INFINITY, |l| l.time);
-    reads.sort_by(|a, b| start(a).total_cmp(&start(b)));
-    reads
+    /// Nothing but the path of a hand tells where it was.
+    by_hand: bool,
+    /// How well it is known where its position is 0, rad or m.
+    counted_from: f64,
 }
 
 /// Joints whose motions can be judged, one family each.
@@ -126,12 +79,12 @@ pub fn of_all_joints(capture: &Capture, segmented: &[Segmented], model: &Model) 
     let joints = model.twin.joints();
     let kinds = joints.filter(|j| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic));
     kinds
-        .filter_map(|j| Motions::new(&read_all(capture, segmented, model, j), j))
+        .filter_map(|j| Motions::new(&read_all(capture, segmented, model, j), j, &capture.gravity))
         .collect()
 }
 
 impl Motions {
-    fn new(reads: &[Read], joint: &Joint) -> Option<Self> {
+    fn new(reads: &[Read], joint: &Joint, gravity: &Vector3<f64>) -> Option<Self> {
         let loads = || reads.iter().flat_map(|r| r.loads.iter());
         let speeds: Vec<f64> = loads().map(|l| l.speed.abs()).collect();
         let fast = quantile(&speeds, 0.95)?;
@@ -151,6 +104,7 @@ impl Motions {
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
+            weighed: weighed(joint, gravity),
         };
         let lever = median(&moving.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
         let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
@@ -181,10 +135,14 @@ impl Motions {
             lever,
             zero,
             turning: Turning::default(),
+            by_hand: reads.iter().any(|r| r.by_hand),
+            counted_from: reads.first().map_or(0.0, |r| r.zero),
         };
         for read in reads {
             out.add(read);
         }
+        let spans = reads.iter().map(|r| ((r.half / BIN).ceil() as usize, r.jitter));
+        mark_stops(&mut out.moments, spans);
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
         out.sheet.base[1] = Parameter::amplitude("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);
@@ -272,6 +230,7 @@ impl Motions {
                 turned_back,
                 began: self.turning.began(l[i].position),
                 still,
+                stop: Stop::None,
             });
         }
         let starts = (0..l.len()).map(|i| i == 0 || l[i].time - l[i - 1].time > 1.5 * BIN);
@@ -330,13 +289,14 @@ impl Family for Motions {
         let one = |(m, swings): (&Moved, f64)| {
             let m = m.later(base[2]);
             let smooth = base[1] * m.gain + effort(&m, active) + swings;
-            let load = if m.still {
+            let left = m.unread(active) - smooth - scatter[1];
+            let rubs = if m.still {
                 let bound = dry * held(&m, active);
-                let left = m.unread(active) - smooth - scatter[1];
-                smooth + left.clamp(-bound, bound)
+                left.clamp(-bound, bound)
             } else {
-                smooth + dry * sliding(&m, active) * set_in(m.speed / base[3].exp())
+                dry * sliding(&m, active) * set_in(m.speed / base[3].exp())
             };
+            let load = smooth + m.stop.lets(rubs, left);
             read(&m, load, active) + scatter[1]
         };
         let moments = &self.moments[group];
@@ -356,6 +316,15 @@ impl Family for Motions {
         } else {
             NAMED
         }
+    }
+
+    /// The arm of a force is the same in all motions, and off by the same share.
+    fn common_doubt(&self) -> f64 {
+        if self.by_hand { EVEN } else { 0.0 }
+    }
+
+    fn place_doubt(&self) -> f64 {
+        self.counted_from
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {

@@ -43,6 +43,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let everywhere = law.grid.len() < 2 && gain.rmse_before < REPEATS * family.unforeseen();
         let vetoed = everywhere || worse(family, &gain, family.about(taken.law));
         if !gain.held_out.is_empty() && gain.reduction < WORSE && vetoed {
+            laws.pop();
             continue;
         }
         out.push(Finding {
@@ -105,9 +106,17 @@ fn values(family: &dyn Family, fit: &Fit, law: usize) -> Vec<(f64, f64)> {
 fn estimates(family: &dyn Family, fit: &Fit, law: usize) -> BTreeMap<String, Estimate> {
     let from: Vec<String> = fit.groups.iter().map(|g| family.groups()[*g].name.clone()).collect();
     let form = &family.laws()[law];
-    let each = form.parameters.iter().zip(values(family, fit, law));
-    let one = |(p, (value, sd)): (&super::family::Parameter, (f64, f64))| {
+    let each = form.parameters.iter().zip(values(family, fit, law)).enumerate();
+    let one = |(k, (p, (value, sd))): (usize, (&super::family::Parameter, (f64, f64)))| {
         let method = "marginal-likelihood";
+        let shared = match k < form.amplitudes {
+            true if p.unit == "1" => 0.0,
+            true if p.log => family.common_doubt(),
+            true => family.common_doubt() * value,
+            false if p.log => 0.0,
+            false => family.place_doubt(),
+        };
+        let sd = sd.hypot(shared);
         if !p.log {
             return (
                 p.name.to_owned(),
@@ -223,7 +232,8 @@ fn gain(family: &dyn Family, before: &Fit, after: &Fit, kind: usize, anew: bool)
     let reduction = if above(rmse_before) > 0.0 {
         1.0 - above(rmse_after) / above(rmse_before)
     } else {
-        0.0
+        // Nothing was above the noise that could be made less of.
+        -above(rmse_after) / floor.max(1e-12)
     };
     Gain {
         quantity: quantity.name().into(),

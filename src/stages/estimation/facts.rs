@@ -9,6 +9,7 @@ use super::Config;
 use super::accelerate::{Accelerated, accelerated};
 use super::basins::Basin;
 use super::coast::{Coast, Shape, coast_of};
+use super::evidence::{mean_wrench, tare_of};
 use super::face::Face;
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
@@ -18,7 +19,7 @@ use super::shoved::shoved;
 use super::spin::Spun;
 use super::tilt::{Slide, slide_of};
 use crate::base::Notices;
-use crate::capture::{Capture, Interaction, Kind, PhaseKind, Segmented};
+use crate::capture::{Capture, Interaction, Kind, Phase, PhaseKind, Segmented};
 use crate::twin::{Model, Twin};
 
 /// The findings about one link.
@@ -204,6 +205,7 @@ fn read_one(
             facts.presses.extend(found.clone());
             found.is_some()
         }
+        Kind::Pull if !felt(interaction, cut) => false,
         Kind::Push | Kind::Pull => {
             let company = company(interaction, cut, link, &model.twin);
             let track = interaction.tracks.get(link);
@@ -245,6 +247,23 @@ fn read_one(
         }
         Kind::Toss | Kind::Hold => true,
     }
+}
+
+/// Standard deviations of a mean force of at most so many rows from which on a pull was felt at all.
+const FELT: (f64, f64) = (5.0, 100.0);
+
+/// Whether the force of a pull, which holds on all the way, shows while what it pulls moves.
+fn felt(interaction: &Interaction, cut: &Segmented) -> bool {
+    let (Some(stream), Some(noise)) = (&interaction.force, cut.force_noise) else {
+        return true;
+    };
+    let tare = tare_of(interaction, cut);
+    let mut slides = cut.of(PhaseKind::Slide).peekable();
+    let shows = |p: &Phase| {
+        let mean = mean_wrench(stream, p.start, p.end, &tare);
+        mean.is_none_or(|w| w.force.norm() > FELT.0 * noise / (w.rows as f64).min(FELT.1).sqrt())
+    };
+    slides.peek().is_none() || slides.any(shows)
 }
 
 /// The face that the finger of a push meets.

@@ -8,7 +8,7 @@ use super::drive::{Drive, drive_of};
 use super::facts::{Ground, subject};
 use super::joint_effort::{Units, effort_of, friction_of};
 use super::joint_law::{Number, Setting, Trial, law_of};
-use super::joint_load::{JointAtWork, JointLoad, Span, joint_loads};
+use super::joint_load::{JointAtWork, JointLoad, Span, go_on_over_turns, joint_loads};
 use super::joint_matter::{Carried, family};
 use super::parting::{Parted, part};
 use super::pool::relative_sd;
@@ -72,6 +72,10 @@ pub(super) fn joint_dynamics(
                 .unwrap_or(0.0),
             scatter: config.friction_scatter,
             form: config.model_form,
+            unknown: capture
+                .interactions
+                .iter()
+                .all(|i| !i.tracks.contains_key(&joint.child)),
         };
         let mut found = conclude(&trials, &setting, (drag, parted), &joint, notices);
         if let Some(driven) = drive_of(capture, segmented, &joint, model) {
@@ -322,11 +326,15 @@ fn loads(
 ) -> Option<Vec<JointLoad>> {
     let at_work = JointAtWork::new(interaction, cut, joint, model)?;
     let mut out = Vec::new();
-    for slide in cut.of(PhaseKind::Slide) {
-        let span = Span::of(slide.end - slide.start, config, at_work.led());
+    let mut slides: Vec<[f64; 2]> = cut.of(PhaseKind::Slide).map(|p| [p.start, p.end]).collect();
+    if slides.is_empty() && at_work.by_hand() {
+        slides.extend(to_and_fro(interaction, cut, joint, model));
+    }
+    for [start, end] in slides {
+        let span = Span::of(end - start, config, at_work.led());
         let settling = config.settling.min(1.2 * span.block);
-        let mut t = slide.start + settling + 0.5 * span.block;
-        while t + 0.5 * span.block <= slide.end - 0.5 * settling {
+        let mut t = start + settling + 0.5 * span.block;
+        while t + 0.5 * span.block <= end - 0.5 * settling {
             // Where the speed changes within the span of its parabola it is not that of the block.
             let half = span.led.unwrap_or(span.half);
             let steady = |l: &JointLoad| l.acceleration.abs() * half < STEADY * l.speed.abs();
@@ -334,7 +342,20 @@ fn loads(
             t += span.block;
         }
     }
+    go_on_over_turns(&mut out, joint);
     (out.len() >= 4).then_some(out)
+}
+
+/// Share of the moments of a motion that go the other way, for it to go to and fro.
+const BACK: f64 = 0.25;
+
+/// A motion of a hand that alone tells where the joint is, where it went to and fro; one way alone tells no law.
+fn to_and_fro(interaction: &Interaction, cut: &Segmented, joint: &Joint, model: &Model) -> Option<[f64; 2]> {
+    let loads = joint_loads(interaction, cut, joint, model, EFFORT)?;
+    let fastest = loads.iter().map(|l| l.speed.abs()).fold(0.0, f64::max);
+    let moving = || loads.iter().filter(|l| l.speed.abs() > 0.2 * fastest);
+    let (all, ahead) = (moving().count(), moving().filter(|l| l.speed > 0.0).count());
+    (ahead.min(all - ahead) as f64 > BACK * all as f64).then_some([loads.first()?.time, loads.last()?.time])
 }
 
 /// The blocks of one interaction that moved the joint; `None` where it did not. What is handled may hang further out: the

@@ -53,6 +53,8 @@ pub(super) struct Setting<'a> {
     pub scatter: f64,
     /// Share of the load by which the law itself may be off.
     pub form: f64,
+    /// Of what hangs on it nothing is known: its inertia is in the loads.
+    pub unknown: bool,
 }
 
 /// Which terms are in, beside friction, a constant and matter.
@@ -88,6 +90,8 @@ struct Typical {
     load: f64,
     speed: f64,
     range: f64,
+    /// Acceleration.
+    gain: f64,
 }
 
 fn typical(trials: &[Trial]) -> Option<Typical> {
@@ -100,6 +104,7 @@ fn typical(trials: &[Trial]) -> Option<Typical> {
         load: sizes(|l| l.load)?.max(1e-9),
         speed: sizes(|l| l.speed)?.max(1e-9),
         range: (high - low).max(1e-6),
+        gain: sizes(|l| l.acceleration)?.max(1e-9),
     })
 }
 
@@ -130,6 +135,9 @@ fn fit(trials: &[Trial], terms: Terms, setting: &Setting, size: &Typical) -> Opt
         }
         None if setting.tipped => columns.push((Box::new(|_| 1.0), 0.0, OPEN * size.load)),
         None => {}
+    }
+    if setting.unknown {
+        columns.push((Box::new(|l| l.acceleration), 0.0, OPEN * size.load / size.gain));
     }
     if setting.turning && setting.tipped {
         let slack = setting.carried.map_or(OPEN * size.load, Carried::slack);
@@ -291,6 +299,7 @@ mod tests {
         lateral: 0.0,
         scatter: 0.015,
         form: 0.007,
+        unknown: false,
     };
 
     /// Five touches to and fro at five speeds; `stray` is how far the friction of each is off, as a share.

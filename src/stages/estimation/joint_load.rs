@@ -144,6 +144,11 @@ impl<'a> JointAtWork<'a> {
         })
     }
 
+    /// True where nothing but the path of what holds the child tells how it moves.
+    pub fn by_hand(&self) -> bool {
+        self.hand.is_some()
+    }
+
     /// True where the tool's own path tells how the child moves.
     pub fn led(&self) -> bool {
         self.leads.is_some()
@@ -305,6 +310,31 @@ fn pose_now(
     }
 }
 
+/// Farther than this from where it began poses do not tell an angle, short of half a turn by their noise, rad.
+const HALF_TURN: f64 = 3.0;
+/// Seconds over which a speed tells how far a joint went on.
+const GOES_ON: f64 = 0.5;
+
+/// The angle of a joint that went farther than half a turn goes on over whole turns: poses do not count them.
+pub(super) fn go_on_over_turns(loads: &mut [JointLoad], joint: &Joint) {
+    use std::f64::consts::TAU;
+    let far = |[low, high]: [f64; 2]| low < -HALF_TURN || high > HALF_TURN;
+    if joint.kind == JointKind::Prismatic || !joint.travelled.is_some_and(far) {
+        return;
+    }
+    for i in 1..loads.len() {
+        let last = loads[i - 1];
+        let lasts = loads[i].time - last.time;
+        let speed = if lasts < GOES_ON {
+            0.5 * (last.speed + loads[i].speed)
+        } else {
+            0.0
+        };
+        let ahead = speed * lasts;
+        loads[i].position += TAU * ((last.position + ahead - loads[i].position) / TAU).round();
+    }
+}
+
 /// Loads of one interaction that handles the child of `joint` while its parent stands, block by block.
 ///
 /// Velocities come from local parabolas over ±`half` s. `None` where the child is not what is handled, is not tracked
@@ -333,5 +363,7 @@ pub fn joint_loads(
         matched: false,
     };
     let each = (0..count).filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, span));
-    Some(each.collect())
+    let mut loads: Vec<JointLoad> = each.collect();
+    go_on_over_turns(&mut loads, joint);
+    Some(loads)
 }

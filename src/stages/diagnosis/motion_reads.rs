@@ -1,0 +1,82 @@
+//! The motions of a joint, read block by block.
+
+use crate::capture::{Capture, Interaction, Segmented};
+use crate::math::quantile;
+use crate::stages::estimation::{JointLoad, joint_loads};
+use crate::twin::{Joint, JointKind, Model};
+
+/// Seconds of one sample.
+pub(super) const BIN: f64 = 0.04;
+/// Half the span of the parabola from which velocities come: at first, at least, at most, s, and as a share of the
+/// time that the motion takes from end to end.
+const HALF: [f64; 3] = [0.08, 0.04, 0.4];
+const SHARE: f64 = 0.1;
+/// A parent that moves by more than this does not stand, m.
+const STANDS: f64 = 3e-3;
+/// Seconds over which the pose is averaged that a joint's position is counted from.
+const REST: f64 = 0.25;
+
+/// Rows of the child's track that its pose at rest is the mean of.
+fn rested(interaction: &Interaction, joint: &Joint) -> f64 {
+    let track = interaction.tracks.get(&joint.child);
+    let first = track.and_then(|t| t.time.first()).copied().unwrap_or(0.0);
+    let rows = track.map_or(0, |t| t.time.partition_point(|x| *x <= first + REST));
+    rows.max(1) as f64
+}
+
+/// One motion of a joint as it was read.
+pub(super) struct Read {
+    pub interaction: String,
+    pub held_out: bool,
+    pub loads: Vec<JointLoad>,
+    /// Half the span from which its velocities come, s.
+    pub half: f64,
+    pub noise: f64,
+    /// Noise of the track along the freedom, rad or m.
+    pub jitter: f64,
+    /// How well it is known where the joint's position is 0, rad or m.
+    pub zero: f64,
+    /// Nothing but the path of what holds the child tells where it was.
+    pub by_hand: bool,
+}
+
+/// Slow motions allow a long span, which calms their speed; fast ones need a short one.
+fn span_of(loads: &[JointLoad]) -> Option<f64> {
+    let speeds: Vec<f64> = loads.iter().map(|l| l.speed.abs()).collect();
+    let places: Vec<f64> = loads.iter().map(|l| l.position).collect();
+    let range = quantile(&places, 0.98)? - quantile(&places, 0.02)?;
+    let lasts = range / quantile(&speeds, 0.8)?.max(1e-9);
+    Some((SHARE * lasts).clamp(HALF[1], HALF[2]))
+}
+
+/// The motions of a joint in the order of time.
+pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model, joint: &Joint) -> Vec<Read> {
+    let one = |interaction: &Interaction| {
+        let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
+        let first = joint_loads(interaction, cut, joint, model, [BIN, HALF[0], STANDS])?;
+        let half = span_of(&first)?;
+        let loads = joint_loads(interaction, cut, joint, model, [BIN, half, STANDS])?;
+        let noise = capture.noise.force.or(cut.force_noise)?;
+        let own = if joint.kind == JointKind::Revolute {
+            capture.noise.rotation.or(cut.rotation_noise)
+        } else {
+            capture.noise.position.or(cut.position_noise)
+        };
+        let stream = interaction.force.as_ref()?;
+        let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?).max(1e-6);
+        Some(Read {
+            interaction: interaction.name.clone(),
+            held_out: interaction.held_out,
+            loads,
+            half,
+            noise: noise / (rate * BIN).max(1.0).sqrt(),
+            jitter: own.unwrap_or(0.0),
+            zero: own.unwrap_or(0.0) * (2.0 / rested(interaction, joint)).sqrt(),
+            by_hand: !interaction.tracks.contains_key(&joint.child),
+        })
+    };
+    let mut reads: Vec<Read> = capture.interactions.iter().filter_map(one).collect();
+    let start = |r: &Read| r.loads.first().map_or(f64::INFINITY, |l| l.time);
+    reads.sort_by(|a, b| start(a).total_cmp(&start(b)));
+    reads
+}

@@ -1,0 +1,140 @@
+//! The ends of a joint's way: what stands there may rest on a stop, which bears what the tool does not, and pushes back
+//! inward only.
+
+use nalgebra::Vector3;
+
+use super::motion_laws::Moved;
+use crate::math::median;
+use crate::twin::Joint;
+
+/// Sine of a hinge's lean from the vertical, beside twice the doubt of its axis, up to which no weight loads it.
+const UPRIGHT: f64 = 0.05;
+
+/// True where a weight can load a hinge: its axis is not upright.
+pub fn weighed(joint: &Joint, gravity: &Vector3<f64>) -> bool {
+    let (axis, down) = (Vector3::from(joint.axis.value), gravity.try_normalize(1e-9));
+    let doubt = joint.axis.sd.map_or(0.0, |sd| sd.iter().copied().fold(0.0, f64::max));
+    down.is_some_and(|down| axis.cross(&down).norm() > UPRIGHT + 2.0 * doubt)
+}
+
+/// Share of the way, beside three times the noise of a position, within which a joint is at the end of it.
+const NEAR: f64 = 0.004;
+
+/// Marks what may rest on a stop: that tells only what it takes to move off it. Of each motion: how many moments its
+/// smoothing reaches over, and the noise of its track.
+pub fn mark_stops(motions: &mut [Vec<Moved>], spans: impl Iterator<Item = (usize, f64)>) {
+    let places = || motions.iter().flatten().map(|m| m.position);
+    let ends = [
+        places().fold(f64::INFINITY, f64::min),
+        places().fold(f64::NEG_INFINITY, f64::max),
+    ];
+    for (moments, (reach, jitter)) in motions.iter_mut().zip(spans) {
+        let found = stops(moments, ends, jitter, reach);
+        moments.iter_mut().zip(found).for_each(|(m, stop)| m.stop = stop);
+    }
+}
+
+/// What a stop may do to the load at one moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Stop {
+    /// There is none.
+    #[default]
+    None,
+    /// It may bear a part of it, and push this way: 1 at the lower end, -1 at the upper one.
+    Bears(f64),
+    /// The joint ran into it: speed and force are smoothed over the blow.
+    Hit,
+}
+
+impl Stop {
+    /// The load that is foretold where this is `left` of the measured one and `rubs` is what the joint takes: no more than
+    /// it takes to be moved off a lower stop, no less than it takes off an upper one.
+    pub fn lets(self, rubs: f64, left: f64) -> f64 {
+        match self {
+            Self::None => rubs,
+            Self::Bears(way) if way > 0.0 => left.min(rubs),
+            Self::Bears(_) => left.max(rubs),
+            Self::Hit => left,
+        }
+    }
+}
+
+/// What stops may do, moment by moment. Within `reach` moments of standing at an end the smoothed speed still holds how it
+/// set off, and within twice that how it ran into it.
+fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize) -> Vec<Stop> {
+    let near = (NEAR * (high - low)).max(3.0 * jitter).min(0.05 * (high - low));
+    let stands = |m: &Moved| match (m.position < low + near, m.position > high - near) {
+        _ if !m.still => 0.0,
+        (true, false) => 1.0,
+        (false, true) => -1.0,
+        _ => 0.0,
+    };
+    let ways: Vec<f64> = moments.iter().map(stands).collect();
+    let moving: Vec<f64> = moments.iter().filter(|m| !m.still).map(|m| m.load.abs()).collect();
+    let usual = median(&moving).unwrap_or(0.0);
+    let mut out = vec![Stop::None; moments.len()];
+    let mut hits = Vec::new();
+    let mut from = 0;
+    for run in ways.chunk_by(|a, b| a == b) {
+        let (way, until) = (run[0], from + run.len());
+        if way != 0.0 {
+            out[from..(until + reach).min(moments.len())].fill(Stop::Bears(way));
+            let outward = moments[from..until].iter().map(|m| -way * m.load);
+            if from > 0 && outward.fold(0.0, f64::max) > PRESSED * usual {
+                hits.push(from.saturating_sub(2 * reach + 1)..(from + reach).min(until));
+            }
+        }
+        from = until;
+    }
+    hits.into_iter().for_each(|hit| out[hit].fill(Stop::Hit));
+    out
+}
+
+/// What presses on a stop does so with this many times the load that usually moves the joint.
+const PRESSED: f64 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(position: f64, still: bool) -> Moved {
+        Moved {
+            time: 0.0,
+            position,
+            speed: 0.0,
+            gain: 0.0,
+            load: 1.0,
+            lever: 1.0,
+            slip: 0.0,
+            back: 0.0,
+            turned_back: false,
+            began: None,
+            still,
+            stop: Stop::None,
+        }
+    }
+
+    #[test]
+    fn a_stop_is_where_it_stands_at_an_end_and_pushes_inward_only() {
+        let way = [
+            (0.0, true),
+            (0.001, true),
+            (0.3, false),
+            (0.6, true),
+            (0.8, false),
+            (0.999, true),
+        ];
+        let mut moments: Vec<Moved> = way.iter().map(|(q, s)| at(*q, *s)).collect();
+        let (low, high) = (Stop::Bears(1.0), Stop::Bears(-1.0));
+        let found = stops(&moments, [0.0, 1.0], 0.001, 1);
+        assert_eq!(found, [low, low, low, Stop::None, Stop::None, high]);
+        // It pulls on past the upper end.
+        moments[5].load = 10.0;
+        let found = stops(&moments, [0.0, 1.0], 0.001, 0);
+        assert_eq!(found, [low, low, Stop::None, Stop::None, Stop::Hit, high]);
+        // A lid of 1.2 N·m that the stop holds takes any load up to its own, and not more.
+        assert_eq!([0.0, 1.5].map(|load| low.lets(1.2, load)), [0.0, 1.2]);
+        assert_eq!([-3.0, 0.5].map(|load| high.lets(0.2, load)), [0.2, 0.5]);
+        assert_eq!((Stop::None.lets(0.2, 5.0), Stop::Hit.lets(0.2, 5.0)), (0.2, 5.0));
+    }
+}

@@ -84,7 +84,7 @@ fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize) ->
             if from > 0 && outward.fold(0.0, f64::max) > PRESSED * usual {
                 // What pulled on past the stop is already fast when it takes the joint back.
                 hits.push(from.saturating_sub(2 * reach + 1)..(from + reach).min(until));
-                hits.push(until..(until + 2 * reach + 1).min(moments.len()));
+                hits.push(until..(until + 4 * reach + 3).min(moments.len()));
             }
         }
         from = until;

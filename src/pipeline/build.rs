@@ -28,6 +28,23 @@ pub struct Run {
     pub seconds: Vec<(&'static str, f64)>,
 }
 
+/// Joins what joints hold; what moved as if one did is handed back.
+fn joined(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &mut Model,
+    options: &Options,
+    notices: &mut Notices,
+) -> Result<Vec<articulation::Unproven>> {
+    if !options.runs(Pass::Articulation) {
+        return Ok(Vec::new());
+    }
+    let mut found = articulation::infer(capture, segmented, model, &options.articulation, notices)?;
+    let unproven = std::mem::take(&mut found.unproven);
+    assemble::join(model, found);
+    Ok(unproven)
+}
+
 /// From a capture to a twin: shape, symmetry, interaction, articulation, estimation, relations, diagnosis.
 pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Result<Run> {
     let mut notices = Notices::default();
@@ -59,12 +76,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
     clock.lap("symmetry");
 
     let segmented = interaction::segment(capture, &model, &options.interaction, &mut notices)?;
-    let mut unproven = Vec::new();
-    if options.runs(Pass::Articulation) {
-        let mut found = articulation::infer(capture, &segmented, &model, &options.articulation, &mut notices)?;
-        unproven = std::mem::take(&mut found.unproven);
-        assemble::join(&mut model, found);
-    }
+    let unproven = joined(capture, &segmented, &mut model, options, &mut notices)?;
     clock.lap("articulation");
 
     let mut seen_before_and_after = None;

@@ -11,7 +11,7 @@ use super::pair::Pair;
 use super::select::{KINDS, Selection, select};
 use super::world;
 use crate::base::{Notices, Result};
-use crate::capture::{Capture, Segmented, first_rest, track_noise};
+use crate::capture::{Capture, Kind, Segmented, first_rest, track_noise};
 use crate::geometry::{Mesh, gap};
 use crate::twin::{Joint, JointKind, Model};
 
@@ -150,14 +150,20 @@ fn judge(
     Some(describe(&pair, &selection, &anchor, &placement, held))
 }
 
-/// Probability that a joint holds what kept to one path, though nothing proves it: in one motion, in several.
+/// Probability that a joint holds what kept to one path when it was pulled, though nothing proves it: in one pull, in
+/// several. What a lift took off is not held, and pushes lead nothing along a path.
 const KEPT: (f64, f64) = (0.1, 0.4);
 
 fn chance(pair: &Pair, kind: JointKind) -> f64 {
     let one_way = matches!(kind, JointKind::Prismatic | JointKind::Revolute | JointKind::Screw);
-    match (0..pair.runs.len()).filter(|run| pair.moved(*run)).count() {
-        _ if !one_way => 0.0,
-        0 | 1 => KEPT.0,
+    let moved = |of: Kind| {
+        let runs = pair.runs.iter().enumerate().filter(move |(_, run)| run.kind == of);
+        runs.filter(|(k, _)| pair.moved(*k)).count()
+    };
+    match moved(Kind::Pull) {
+        _ if !one_way || moved(Kind::Lift) > 0 => 0.0,
+        0 => 0.0,
+        1 => KEPT.0,
         _ => KEPT.1,
     }
 }

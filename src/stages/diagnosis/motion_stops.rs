@@ -17,8 +17,9 @@ pub fn weighed(joint: &Joint, gravity: &Vector3<f64>) -> bool {
     down.is_some_and(|down| axis.cross(&down).norm() > UPRIGHT + 2.0 * doubt)
 }
 
-/// Share of the way, beside three times the noise of a position, within which a joint is at the end of it.
-const NEAR: f64 = 0.004;
+/// Share of the way, beside three times the noise of a position, within which a joint is at the end of it: a stop gives by
+/// a millimetre or two under what presses on it.
+const NEAR: f64 = 0.02;
 
 /// Marks what may rest on a stop: that tells only what it takes to move off it. Of each motion: how many moments its
 /// smoothing reaches over, and the noise of its track.
@@ -42,7 +43,7 @@ pub enum Stop {
     None,
     /// It may bear a part of it, and push this way: 1 at the lower end, -1 at the upper one.
     Bears(f64),
-    /// The joint ran into it: speed and force are smoothed over the blow.
+    /// The joint ran into it, or was snatched off it: speed and force are smoothed over the blow.
     Hit,
 }
 
@@ -81,7 +82,9 @@ fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize) ->
             out[from..(until + reach).min(moments.len())].fill(Stop::Bears(way));
             let outward = moments[from..until].iter().map(|m| -way * m.load);
             if from > 0 && outward.fold(0.0, f64::max) > PRESSED * usual {
+                // What pulled on past the stop is already fast when it takes the joint back.
                 hits.push(from.saturating_sub(2 * reach + 1)..(from + reach).min(until));
+                hits.push(until..(until + 4 * reach + 3).min(moments.len()));
             }
         }
         from = until;

@@ -2,6 +2,7 @@
 
 use super::family::{Active, Law, Parameter};
 use super::motion_laws::{Maker, Moved, form, logs};
+use super::motion_stops::Stop;
 use super::motions::Scale;
 
 /// Which way a joint goes, and how far it has come since it turned back.
@@ -74,6 +75,11 @@ pub fn loose(moments: &[Moved], active: &[Active]) -> Vec<f64> {
         let [mut y, mut dy] = [0.0; 2];
         for i in 1..moments.len() {
             let (from, to) = (&moments[i - 1], &moments[i]);
+            // After a blow on a stop what swings begins anew: what it was given there is not known.
+            if to.stop == Stop::Hit {
+                [y, dy] = [0.0; 2];
+                continue;
+            }
             let lasts = to.time - from.time;
             let steps = (lasts / FINE).ceil().max(1.0);
             let (dt, gain) = (lasts / steps, (to.speed - from.speed) / lasts.max(1e-9));

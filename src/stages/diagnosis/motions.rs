@@ -143,6 +143,10 @@ impl Motions {
         }
         let spans = reads.iter().map(|r| ((r.half / BIN).ceil() as usize, r.jitter));
         mark_stops(&mut out.moments, spans);
+        // A blow on a stop makes all that holds the part swing.
+        if out.moments.iter().flatten().any(|m| m.stop == Stop::Hit) {
+            out.sheet.laws.retain(|l| l.form != form::LOOSE);
+        }
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
         out.sheet.base[1] = Parameter::amplitude("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);

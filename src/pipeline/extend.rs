@@ -37,6 +37,8 @@ const FELT_AT_SPEED: [&str; 6] = [
     "time-delay",
     "force-saturation",
 ];
+/// Share of what a law takes off a number that its form leaves in doubt: another of the same cause takes more or less.
+const FORM: f64 = 0.25;
 /// By how much such a mass may be off, as a share.
 const OFF: f64 = 0.5;
 
@@ -100,7 +102,8 @@ fn set(link: &mut Link, level: &Level) {
         Number::Stiffness => [link.stiffness.as_mut(), None],
     };
     for number in numbers.into_iter().flatten() {
-        let (log, doubt) = level.log;
+        let log = level.log.0;
+        let doubt = level.log.1.hypot(FORM * log);
         let half = number.ci95.map_or(0.0, |c| 0.5 * (c[1] - c[0]));
         let value = number.value * log.exp();
         let wide = (half * log.exp()).hypot(1.96 * doubt * value);

@@ -13,10 +13,10 @@ use crate::capture::{Capture, Kind};
 use crate::math::{Settings, levenberg_marquardt, mad_sd, quantile, random_effects};
 use crate::twin::Finding;
 
-/// Fewest pushes, standard deviations, and the least lag, s: what a tip that rings leaves seems up to 9 ms.
+/// Fewest pushes, standard deviations, and the least lag, s: what a tip that rings leaves seems up to 12 ms.
 const FEWEST: usize = 2;
 const CLEAR: f64 = 6.0;
-const LEAST: f64 = 12e-3;
+const LEAST: f64 = 15.5e-3;
 /// The longest: what comes up more slowly than that goes with something else, as with the speed.
 const LONGEST: f64 = 0.125;
 /// Log evidence over what is like it.

@@ -21,18 +21,6 @@ pub fn section(run: &Run) -> String {
     )
 }
 
-fn kind_name(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Fixed => "fixed",
-        JointKind::Revolute => "revolute",
-        JointKind::Prismatic => "prismatic",
-        JointKind::Screw => "screw",
-        JointKind::Cylindrical => "cylindrical",
-        JointKind::Planar => "planar",
-        JointKind::Spherical => "spherical",
-    }
-}
-
 fn kind_words(kind: JointKind) -> &'static str {
     match kind {
         JointKind::Fixed => "they move as one",
@@ -68,7 +56,7 @@ fn joint(joint: &Joint) -> String {
         escape(&joint.name),
         escape(&joint.parent),
         escape(&joint.child),
-        kind_name(joint.kind),
+        joint.kind.name(),
         percent(joint.probability),
         kind_words(joint.kind),
         odds(joint),
@@ -88,7 +76,7 @@ fn odds(joint: &Joint) -> String {
         .map(|(kind, p)| {
             format!(
                 "<li><span>{}</span><span class=\"bar\"><i style=\"width:{:.1}%\"></i></span><span class=\"num\">{}</span></li>",
-                kind_name(kind),
+                kind.name(),
                 (100.0 * p).clamp(0.0, 100.0),
                 percent(p)
             )

@@ -247,6 +247,23 @@ impl Link {
 }
 
 impl Body {
+    /// The link of this name with all that hangs on it.
+    pub fn hung_on(&self, link: &str) -> Vec<String> {
+        let mut names = vec![link.to_owned()];
+        let mut at = 0;
+        while at < names.len() {
+            let hung = self
+                .joints
+                .iter()
+                .filter(|j| j.parent == names[at])
+                .map(|j| j.child.clone());
+            let new: Vec<String> = hung.filter(|n| !names.contains(n)).collect();
+            names.extend(new);
+            at += 1;
+        }
+        names
+    }
+
     /// A rigid body: one link that carries the body's name.
     pub fn rigid(link: Link) -> Self {
         Self {

@@ -27,6 +27,19 @@ pub enum JointKind {
 }
 
 impl JointKind {
+    /// As `twin.json` has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Revolute => "revolute",
+            Self::Prismatic => "prismatic",
+            Self::Screw => "screw",
+            Self::Cylindrical => "cylindrical",
+            Self::Planar => "planar",
+            Self::Spherical => "spherical",
+        }
+    }
+
     /// (rotational, translational) degrees of freedom; a screw counts as one rotation.
     pub fn freedom(self) -> (u8, u8) {
         match self {

@@ -38,23 +38,6 @@ fn move_links(body: &mut Body, names: &[String], moved: &Isometry3<f64>) {
     }
 }
 
-/// The child of a joint with all that hangs on it.
-fn family(body: &Body, child: &str) -> Vec<String> {
-    let mut names = vec![child.to_owned()];
-    let mut at = 0;
-    while at < names.len() {
-        let hung = body
-            .joints
-            .iter()
-            .filter(|j| j.parent == names[at])
-            .map(|j| j.child.clone());
-        let new: Vec<String> = hung.filter(|n| !names.contains(n)).collect();
-        names.extend(new);
-        at += 1;
-    }
-    names
-}
-
 fn turn_joints(body: &mut Body, seen: &Twin) {
     let mut open: Vec<String> = body.links.first().map(|l| l.name.clone()).into_iter().collect();
     while let Some(parent) = open.pop() {
@@ -67,7 +50,7 @@ fn turn_joints(body: &mut Body, seen: &Twin) {
                 continue;
             };
             let moved = motion(&body.joints[k], q);
-            let names = family(body, &body.joints[k].child);
+            let names = body.hung_on(&body.joints[k].child);
             move_links(body, &names, &moved);
             let joint = &mut body.joints[k];
             if let Some(limits) = &mut joint.limits {

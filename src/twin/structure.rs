@@ -44,24 +44,11 @@ fn pair(a: &str, b: &str, own: Option<JointKind>, seen: &Twin) -> Option<String>
     };
     let said = |kind: Option<JointKind>| match kind {
         Some(JointKind::Fixed) => "held fast".to_owned(),
-        Some(kind) => format!("a {} joint", word(kind)),
+        Some(kind) => format!("a {} joint", kind.name()),
         None => "no joint".to_owned(),
     };
     (own != found).then(|| {
         let (own, found) = (said(own), said(found));
         format!("between {a} and {b} the model has: {own}; these touches showed: {found}")
     })
-}
-
-/// As `twin.json` has it.
-fn word(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Fixed => "fixed",
-        JointKind::Revolute => "revolute",
-        JointKind::Prismatic => "prismatic",
-        JointKind::Screw => "screw",
-        JointKind::Cylindrical => "cylindrical",
-        JointKind::Planar => "planar",
-        JointKind::Spherical => "spherical",
-    }
 }

@@ -32,19 +32,12 @@ pub(super) struct Carried {
 
 /// Names of the child of a joint and of all that hangs on it.
 pub(super) fn family(joint: &Joint, model: &Model) -> Vec<String> {
-    let mut names = vec![joint.child.clone()];
-    let mut at = 0;
-    while at < names.len() {
-        let hung = model
-            .twin
-            .joints()
-            .filter(|j| j.parent == names[at])
-            .map(|j| j.child.clone());
-        let new: Vec<String> = hung.filter(|n| !names.contains(n)).collect();
-        names.extend(new);
-        at += 1;
-    }
-    names
+    let body = model
+        .twin
+        .bodies
+        .iter()
+        .find(|b| b.joints.iter().any(|j| j.name == joint.name));
+    body.map_or_else(Vec::new, |b| b.hung_on(&joint.child))
 }
 
 fn part_of(link: &Link, model: &Model, origin: &Point3<f64>, config: &Config) -> Option<(Part, f64)> {

@@ -75,13 +75,22 @@ pub fn random_effects_marginal(values: &[f64], sds: &[f64], expected: f64, log_s
     })
 }
 
-/// Values of a scatter with the logarithms of what is believed of each beforehand, evenly in its logarithm.
-pub fn scatters(expected: f64, log_sd: f64) -> [(f64, f64); 13] {
+/// Values of a scatter with the logarithms of what is believed of each beforehand, evenly in its logarithm: a normal belief, but
+/// for a scatter ten times as large as expected, which real things may have, it falls off exponentially only.
+pub fn scatters(expected: f64, log_sd: f64) -> [(f64, f64); 22] {
     std::array::from_fn(|i| {
         let z = (i as f64 - 6.0) * 0.4;
-        (expected * (log_sd * z).exp(), -0.5 * z * z)
+        let log = if z > TAIL {
+            -TAIL * (z - 0.5 * TAIL)
+        } else {
+            -0.5 * z * z
+        };
+        (expected * (log_sd * z).exp(), log)
     })
 }
+
+/// Standard deviations of its logarithm from which on a large scatter is believed in more than a normal law would.
+const TAIL: f64 = 2.0;
 
 /// Logarithms of weights as weights that sum to one.
 pub fn normalised(mut parts: Vec<(f64, f64, f64)>) -> Vec<(f64, f64, f64)> {

@@ -2,7 +2,7 @@
 //! itself tells of the same shapes and joints.
 
 use super::Options;
-use super::given::{FORCE, as_lumps, lumps_of, table_friction};
+use super::given::{FORCE, as_lumps, doubt_carriers, lumps_of, table_friction};
 use crate::base::{Estimate, Notices, Result};
 use crate::capture::Capture;
 use crate::stages::{diagnosis, estimation, interaction};
@@ -81,6 +81,7 @@ pub fn judge(
     let dragged = table_friction(capture, &given, &diagnosed.traces);
     let dragged: Vec<Compared> = dragged.into_iter().filter(|n| untold(&n.about)).collect();
     numbers.extend(dragged);
+    doubt_carriers(&mut numbers, &given);
     numbers.extend(joints_compared(&given.twin, &fresh.twin));
     numbers.extend(diagnosis::joint_numbers(capture, &segmented, &given, notices));
     Ok(Judged {

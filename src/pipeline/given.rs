@@ -66,6 +66,9 @@ pub(super) const FORCE: &str = "friction force on the table";
 const MOVED: f64 = 0.01;
 /// How well one push tells friction on the table, as a share: it strays from push to push.
 const ONE_PUSH: f64 = 0.03;
+/// By how much the friction of what carries joints may be off besides, as a share (1 sd): what the joints let move meanwhile takes its part
+/// of the force.
+const CARRIES: f64 = 0.05;
 /// Fewest samples of a force.
 const SAMPLES: usize = 10;
 
@@ -74,6 +77,18 @@ const SAMPLES: usize = 10;
 pub(super) fn table_friction(capture: &Capture, given: &Model, traces: &[Trace]) -> Vec<Compared> {
     let jointed = given.twin.bodies.iter().filter(|b| b.links.len() > 1);
     jointed.filter_map(|body| friction_of(capture, body, traces)).collect()
+}
+
+/// Frictions on the table of what carries joints, with the doubt of what these let move meanwhile.
+pub(super) fn doubt_carriers(numbers: &mut [Compared], given: &Model) {
+    let carries = |name: &str| given.twin.body_of(name).is_some_and(|b| !b.joints.is_empty());
+    for number in numbers.iter_mut().filter(|n| n.quantity == FORCE && carries(&n.about)) {
+        let besides = 1.96 * CARRIES * number.measured;
+        let [low, high] = number.ci95;
+        let wide = |end: f64| (end - number.measured).hypot(besides);
+        number.ci95 = [number.measured - wide(low), number.measured + wide(high)];
+        number.outside &= number.model < number.ci95[0] || number.model > number.ci95[1];
+    }
 }
 
 fn friction_of(capture: &Capture, body: &Body, traces: &[Trace]) -> Option<Compared> {

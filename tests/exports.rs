@@ -11,7 +11,9 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 use palpate::base::{Estimate, Pose, StagedFolder};
-use palpate::export::{Deed, Format, Outcome, check, export_all, export_into, exports_as, manipulate};
+use palpate::export::{
+    Deed, FilmFormat, Format, Outcome, check, export_all, export_into, exports_as, film_folder, manipulate,
+};
 use palpate::geometry::Mesh;
 use palpate::twin::{
     BaseFit, Body, Coupling, DIAGNOSIS_FORMAT, Detent, Diagnosis, Effect, FORMAT, Joint, JointKind, Link, Model,
@@ -465,6 +467,26 @@ fn what_comes_along_is_what_is_held() {
 }
 
 /// A spring takes a door back; a push against dry friction takes friction times weight.
+#[test]
+fn a_film_shows_what_comes_along() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let target = folder.path().join("twin");
+    write(&stacks(), &target);
+    let deed: Deed = "pick:glued-lower".parse().expect("a deed");
+    let (_, pictures) = film_folder(&target, &deed, FilmFormat::Pictures).expect("filmed");
+    let decoded = |png: &Vec<u8>| image::load_from_memory(png).expect("a PNG").into_rgb8();
+    let (first, last) = (pictures.first().map(decoded), pictures.last().map(decoded));
+    let (first, last) = first.zip(last).expect("pictures");
+    assert_eq!(first.dimensions(), (640, 480));
+    let changed = first.pixels().zip(last.pixels()).filter(|(a, b)| a != b).count();
+    assert!(
+        (1_000..200_000).contains(&changed),
+        "{changed} of 307200 pixels changed"
+    );
+    let (_, file) = film_folder(&target, &deed, FilmFormat::Animation).expect("filmed");
+    assert!(file.len() == 1 && file[0].starts_with(b"glTF"));
+}
+
 #[test]
 fn joints_and_pushes_feel_as_measured() {
     let door = done(&hinge(), "open:arm,1").opened.expect("a joint");

@@ -213,7 +213,7 @@ pub enum Command {
     },
     /// Take, push or open something of a twin in the embedded engine: what comes along?
     #[command(
-        after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door --film door.glb"
+        after_help = "Example:\n  palpate simulate twin --do pick:tin\n  palpate simulate twin --do push:tin,-x,0.05\n  palpate simulate twin --do open:door --film door.glb\n  palpate simulate twin --do pick:tin --film pictures"
     )]
     Simulate {
         /// The twin's folder
@@ -221,8 +221,8 @@ pub enum Command {
         /// pick:BODY, push:BODY,DIRECTION,SPEED (x, -x, y, -y or degrees; m/s, may be left out) or open:JOINT,SPEED
         #[arg(long = "do", value_name = "DEED", allow_hyphen_values = true)]
         deed: String,
-        /// Also write what happens as an animation in a binary glTF
-        #[arg(long, value_name = "FILE.glb")]
+        /// Also show what happens: FILE.glb is an animation, a name without an ending a folder of PNG pictures
+        #[arg(long, value_name = "FILE.glb|FOLDER")]
         film: Option<PathBuf>,
     },
     /// Serve the report of a twin on loopback and open it

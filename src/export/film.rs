@@ -1,12 +1,14 @@
-//! What the embedded engine does, as a glTF animation: the twin's own meshes on the way they went.
+//! What the embedded engine does, as a glTF animation or picture by picture: the twin's own meshes on the way they went.
 
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::engine::STEP;
 use super::glb::{Document, link_pose};
+use super::picture::{Drawn, Eye, picture};
 use super::scene::{PartId, Scene};
-use crate::base::Result;
+use crate::base::{Error, Result};
 use crate::twin::Model;
 
 /// Steps between two pictures: 32 ms.
@@ -76,16 +78,48 @@ impl Film {
             file["animations"] = animation;
         }))
     }
+
+    /// Every picture as a PNG, all from one place that has the whole way in view.
+    ///
+    /// # Errors
+    /// Where there is nothing to be seen.
+    pub(super) fn pngs(&self, scene: &Scene, model: &Model) -> Result<Vec<Vec<u8>>> {
+        let shown = |id: PartId| {
+            let part = scene.part(id);
+            let path = part.visual.as_ref()?;
+            Some(Drawn {
+                mesh: model.meshes.get(path)?,
+                texture: model.textures.get(path),
+                plain: part.color,
+            })
+        };
+        let of = |pictured: &[(PartId, Isometry3<f64>)]| -> Vec<(Drawn<'_>, Isometry3<f64>)> {
+            let drawn = |&(id, pose): &(PartId, _)| Some((shown(id)?, world_from_link(scene, id, pose)));
+            pictured.iter().filter_map(drawn).collect()
+        };
+        let nothing = || Error::Failed("nothing of the twin has a shape: there is nothing to film".to_string());
+        let up = scene.floor.as_ref().map_or(Vector3::z_axis(), |f| f.normal);
+        let whole: Vec<_> = self.pictures.iter().flat_map(|p| of(p)).collect();
+        let points = whole
+            .iter()
+            .flat_map(|(thing, pose)| thing.mesh.vertices.iter().map(move |v| pose * v));
+        let eye = Eye::on(points, &up).ok_or_else(nothing)?;
+        let draw = |p: &Vec<(PartId, Isometry3<f64>)>| picture(&of(p), scene.floor.as_ref(), &eye).ok_or_else(nothing);
+        self.pictures.par_iter().map(draw).collect()
+    }
+}
+
+/// World-from-link of a part that is filmed at `pose`.
+fn world_from_link(scene: &Scene, id: PartId, pose: Isometry3<f64>) -> Isometry3<f64> {
+    let part = scene.part(id);
+    pose * part.world_from_part.inverse() * link_pose(part)
 }
 
 /// Of part `k` of a picture: parent-link-from-link, or world-from-link for a root.
 fn local(scene: &Scene, picture: &[(PartId, Isometry3<f64>)], k: usize, above: Option<usize>) -> Isometry3<f64> {
-    let world_from_link = |(id, pose): (PartId, Isometry3<f64>)| {
-        let part = scene.part(id);
-        pose * part.world_from_part.inverse() * link_pose(part)
-    };
-    let mine = world_from_link(picture[k]);
-    above.map_or(mine, |a| world_from_link(picture[a]).inverse() * mine)
+    let of = |(id, pose): (PartId, Isometry3<f64>)| world_from_link(scene, id, pose);
+    let mine = of(picture[k]);
+    above.map_or(mine, |a| of(picture[a]).inverse() * mine)
 }
 
 /// Quaternions x y z w without jumps of sign, so that what lies between two is the short way.

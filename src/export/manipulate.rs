@@ -46,11 +46,20 @@ pub fn manipulate_folder(folder: &Path, deed: &Deed) -> Result<Outcome> {
     manipulate(&model, deed)
 }
 
-/// As [`manipulate_folder`], with a binary glTF whose animation shows it; the hand is not drawn.
+/// How a film is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilmFormat {
+    /// One binary glTF with an animation.
+    Animation,
+    /// PNG pictures in their order.
+    Pictures,
+}
+
+/// As [`manipulate_folder`], with a film of it, the bytes of each file: 31 pictures a second; the hand is not drawn.
 ///
 /// # Errors
-/// As [`manipulate_folder`].
-pub fn film_folder(folder: &Path, deed: &Deed) -> Result<(Outcome, Vec<u8>)> {
+/// As [`manipulate_folder`], and where pictures are wanted of what has no shape.
+pub fn film_folder(folder: &Path, deed: &Deed, format: FilmFormat) -> Result<(Outcome, Vec<Vec<u8>>)> {
     let (model, _) = read_twin(folder)?;
     let scene = lay_out(&model)?;
     let mut engine = Engine::new(&scene, &model).ok_or_else(no_table)?.refined();
@@ -58,7 +67,11 @@ pub fn film_folder(folder: &Path, deed: &Deed) -> Result<(Outcome, Vec<u8>)> {
     let mut play = Play::new(engine);
     let outcome = play.carry_out(&scene, &model, deed)?;
     let film = play.engine.film.take().unwrap_or_default();
-    Ok((outcome, film.glb(&scene, &model)?))
+    let files = match format {
+        FilmFormat::Animation => vec![film.glb(&scene, &model)?],
+        FilmFormat::Pictures => film.pngs(&scene, &model)?,
+    };
+    Ok((outcome, files))
 }
 
 /// Does `deed` to a twin in the embedded engine, from the pose of the first view.

@@ -37,6 +37,9 @@ pub(super) enum Corners {
     All,
     /// It rests on a few of them.
     Few,
+    /// As on all of them, but for a face of which no resistance to turning is known: MuJoCo rests a mesh on the lowest corner
+    /// and its neighbours, others from step to step, and what bears a load beside its middle walks on them.
+    Bearing,
 }
 
 /// Centres of the feet of a part in its frame; none where its torsional radius is not known, where it does not stand on the
@@ -45,7 +48,12 @@ pub(super) enum Corners {
 /// Where the ring would reach the edge there is none, unless `corners` says that the engine has no face with all its corners:
 /// then the thing stands on the outermost ones, as it does in engines that have them all.
 pub(super) fn feet(part: &Part, model: &Model, floor: Option<&Floor>, corners: Corners) -> Vec<Point3<f64>> {
-    let (Some(radius), Some(floor), None) = (part.surface.torsional_radius, floor, part.surface.compliance) else {
+    let (Some(floor), None) = (floor, part.surface.compliance) else {
+        return Vec::new();
+    };
+    let known = part.surface.torsional_radius;
+    let few = corners == Corners::Few || (corners == Corners::Bearing && known.is_none());
+    let Some(radius) = known.or((corners == Corners::Bearing).then_some(f64::INFINITY)) else {
         return Vec::new();
     };
     let back = part.world_from_part.rotation.inverse();
@@ -83,7 +91,7 @@ pub(super) fn feet(part: &Part, model: &Model, floor: Option<&Floor>, corners: C
     let inside = |k: usize| heading(k) * (RING * radius).min(edge(&outline, &heading(k)));
     let feet: Vec<Vector2<f64>> = match RING * radius <= EDGE * mean {
         true => (0..FEET).map(inside).collect(),
-        false if corners == Corners::Few => outermost(&outline),
+        false if few => outermost(&outline),
         false => Vec::new(),
     };
     let foot = |at: &Vector2<f64>| {

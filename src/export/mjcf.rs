@@ -129,7 +129,11 @@ fn body(scene: &Scene, model: &Model, tree: &Tree, index: usize) -> Element {
         .with("fullinertia", numbers(&six(&part.inertia)));
     body.push(inertial);
     geoms(part).into_iter().for_each(|g| body.push(g));
-    for (k, at) in feet(part, model, scene.floor.as_ref(), Corners::All).iter().enumerate() {
+    let corners = match tree.parts.len() {
+        1 => Corners::All,
+        _ => Corners::Bearing,
+    };
+    for (k, at) in feet(part, model, scene.floor.as_ref(), corners).iter().enumerate() {
         body.push(foot(part, k, at));
     }
     let children =

@@ -70,15 +70,24 @@ impl Run {
         misses.flatten().chain([x[6] * LATE.recip()]).collect()
     }
 
-    /// Whether the force ever leaves what it usually is while the body moves: inertia cannot show otherwise.
-    fn is_uneven(&self) -> bool {
+    /// By differences over five rows, m/s.
+    fn speeds(&self) -> Vec<f64> {
         let n = self.time.len();
         let speed = |i: usize| {
             let (a, b) = (i.saturating_sub(2), (i + 2).min(n - 1));
             (self.position[b] - self.position[a]).norm() / (self.time[b] - self.time[a]).max(1e-6)
         };
-        let speeds: Vec<f64> = (0..n).map(speed).collect();
-        let top = crate::math::quantile(&speeds, 0.9).unwrap_or(0.0);
+        (0..n).map(speed).collect()
+    }
+
+    fn top_speed(&self) -> f64 {
+        crate::math::quantile(&self.speeds(), 0.9).unwrap_or(0.0)
+    }
+
+    /// Whether the force ever leaves what it usually is while the body moves: inertia cannot show otherwise.
+    fn is_uneven(&self) -> bool {
+        let speeds = self.speeds();
+        let top = self.top_speed();
         let force = |t: f64| {
             let row = self
                 .force
@@ -86,7 +95,7 @@ impl Run {
                 .min(self.force.len().saturating_sub(1));
             self.force.get(row).map_or(0.0, |f| f.1.norm())
         };
-        let moving = (0..n).filter(|i| speeds[*i] > MOVING * top);
+        let moving = (0..speeds.len()).filter(|i| speeds[*i] > MOVING * top);
         let forces: Vec<f64> = moving.map(|i| force(self.time[i])).collect();
         let usual = crate::math::median(&forces).unwrap_or(0.0);
         let uneven = forces.iter().filter(|f| (**f - usual).abs() > UNEVEN.0 * usual).count();
@@ -97,16 +106,45 @@ impl Run {
 /// Unknowns: logarithms of mass and friction, position and velocity at the start, delay.
 const UNKNOWN: usize = 7;
 
-/// Mass and friction of a link that was driven alone; nothing where inertia does not show.
+/// A push that might have told a mass: what it told, and how fast the body went, m/s.
+#[derive(Clone, Debug)]
+pub(super) struct Tried {
+    pub told: Option<Accelerated>,
+    pub speed: f64,
+}
+
+/// Speeds over that of a push from which on another counts as no slower.
+const NO_SLOWER: f64 = 0.9;
+
+/// What pushes told, but for what one of many told by chance: inertia shows in whatever is as fast.
+pub(super) fn borne_out(tried: &[Tried]) -> Vec<Accelerated> {
+    let sure = |one: &&Tried| {
+        let peers = || tried.iter().filter(|t| t.speed >= NO_SLOWER * one.speed);
+        2 * peers().filter(|t| t.told.is_some()).count() >= peers().count()
+    };
+    tried.iter().filter(sure).filter_map(|t| t.told.clone()).collect()
+}
+
+/// Mass and friction of a link that was driven alone, where inertia shows; nothing where it turned, or its track says too little.
 pub(super) fn accelerated(
     interaction: &Interaction,
     segmented: &Segmented,
     link: &str,
     ground: &Ground,
     config: &Config,
-) -> Option<Accelerated> {
-    let run = run_of(interaction, segmented, link, ground).filter(Run::is_uneven)?;
-    let fit = fit(&run)?;
+) -> Option<Tried> {
+    let run = run_of(interaction, segmented, link, ground)?;
+    let told = Some(&run)
+        .filter(|r| r.is_uneven())
+        .and_then(|r| told_by(r, interaction, ground, config));
+    Some(Tried {
+        told,
+        speed: run.top_speed(),
+    })
+}
+
+fn told_by(run: &Run, interaction: &Interaction, ground: &Ground, config: &Config) -> Option<Accelerated> {
+    let fit = fit(run)?;
     let (mass, friction) = (fit.x[0].exp(), fit.x[1].exp());
     let memory = run.position.len() as f64 * 2.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
     let misfit = 2.0 * fit.cost / (fit.residuals.len() as f64 - 7.0).max(1.0);
@@ -114,7 +152,7 @@ pub(super) fn accelerated(
     // What the law leaves unexplained may pull at both numbers in a way that no inflation of noise tells.
     let form = config.model_form.hypot(FORM * (misfit - 1.0).max(0.0).sqrt());
     let own = (fit.sd(0) * wide).hypot(form);
-    let inertial = inertia(&run, &fit, mass);
+    let inertial = inertia(run, &fit, mass);
     let found = Accelerated {
         interaction: interaction.name.clone(),
         mass: (mass, mass * own),

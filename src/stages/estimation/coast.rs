@@ -59,6 +59,9 @@ struct Run {
     noise: (f64, f64),
 }
 
+/// Share of gravity along the support from which on nothing is read off a coasting.
+const SLOPE: f64 = 0.02;
+
 /// Friction from the end of a push; `None` where the body stopped with the tool.
 pub(super) fn coast_of(
     interaction: &Interaction,
@@ -70,6 +73,10 @@ pub(super) fn coast_of(
 ) -> Option<Coast> {
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let released = release(interaction, segmented)?;
+    // On a slope the weight pulls along the way.
+    if ground.plane.flat(&ground.gravity).norm() > SLOPE * ground.gravity.norm() {
+        return None;
+    }
     let run = run_of(track, segmented, ground, &shape.centre, released)?;
     if hardly_felt(interaction, segmented) && follows(interaction, ground, &run) {
         return None;

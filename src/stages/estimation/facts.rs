@@ -6,9 +6,10 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::Config;
-use super::accelerate::{Accelerated, accelerated};
+use super::accelerate::{Accelerated, Tried, accelerated, borne_out};
 use super::basins::Basin;
 use super::coast::{Coast, Shape, coast_of};
+use super::company::{Company, company, noted};
 use super::evidence::{mean_wrench, tare_of};
 use super::face::Face;
 use super::lift::{Weighing, weigh};
@@ -29,7 +30,9 @@ pub(super) struct Facts {
     pub slides: Vec<Slide>,
     /// Ends of pushes in which the link slid on by itself.
     pub coasts: Vec<Coast>,
-    /// Pushes and pulls in which its inertia showed.
+    /// Pushes and pulls in which its inertia might have shown.
+    pub tried: Vec<Tried>,
+    /// Those in which it did.
     pub accelerated: Vec<Accelerated>,
     /// Fast pushes that were followed as a whole, coasting and all.
     pub shoved: Vec<Accelerated>,
@@ -61,6 +64,7 @@ impl Facts {
         self.weighings.extend(other.weighings);
         self.slides.extend(other.slides);
         self.coasts.extend(other.coasts);
+        self.tried.extend(other.tried);
         self.accelerated.extend(other.accelerated);
         self.shoved.extend(other.shoved);
         self.spins.extend(other.spins);
@@ -166,6 +170,9 @@ pub(super) fn gather(
         facts.entry(link.to_string()).or_default().append(found);
         notices.0.extend(doubts.0);
     }
+    for found in facts.values_mut() {
+        found.accelerated = borne_out(&found.tried);
+    }
     facts
 }
 
@@ -228,9 +235,7 @@ fn read_one(
             let shape = shape.filter(|_| whole.is_none());
             let coast = shape.and_then(|s| coast_of(interaction, cut, link, ground, s, config.model_form));
             if matches!(company, Company::Alone) && whole.is_none() {
-                facts
-                    .accelerated
-                    .extend(accelerated(interaction, cut, link, ground, config));
+                facts.tried.extend(accelerated(interaction, cut, link, ground, config));
             }
             let coasted = coast.is_some() || whole.is_some();
             facts.shoved.extend(whole);
@@ -240,7 +245,9 @@ fn read_one(
             };
             match company {
                 Company::Alone => facts.pushes.push(push),
-                Company::Rigid(others) => facts.shared.push((others, push)),
+                Company::Rigid(others) => facts
+                    .shared
+                    .push((noted(others, link, &interaction.name, notices), push)),
                 Company::Jointed => {}
             }
             true
@@ -276,64 +283,4 @@ pub(super) fn face_of(
 ) -> Option<Face> {
     let mesh = model.twin.link(link)?.mesh.as_ref()?;
     Face::of(interaction, cut, link, model.meshes.get(mesh)?, ground)
-}
-
-/// Whether nothing but the link moved, and it hangs on no joint.
-pub(super) fn alone(interaction: &Interaction, cut: &Segmented, link: &str, twin: &Twin) -> bool {
-    matches!(company(interaction, cut, link, twin), Company::Alone)
-}
-
-/// Who else moved.
-enum Company {
-    Alone,
-    /// These moved along as if one body with it.
-    Rigid(Vec<String>),
-    /// Something moved in another way, or the link hangs on a joint: its own friction is not what was felt.
-    Jointed,
-}
-
-fn company(interaction: &Interaction, cut: &Segmented, link: &str, twin: &Twin) -> Company {
-    let family: Vec<&str> = twin
-        .body_of(link)
-        .map_or(Vec::new(), |b| b.links.iter().map(|l| l.name.as_str()).collect());
-    let moved: Vec<&String> = cut
-        .of(PhaseKind::Slide)
-        .flat_map(|p| &p.moving)
-        .filter(|n| *n != link)
-        .collect();
-    let own = displacement(interaction, link);
-    let mut others = Vec::new();
-    for name in moved {
-        match (&own, displacement(interaction, name)) {
-            (Some((shift, turn)), Some((s, r))) => {
-                let alike = (s - shift).norm() < 0.25 * shift.norm() + 1e-3 && (r - turn).norm() < 0.1;
-                if !alike {
-                    return Company::Jointed;
-                }
-                others.push(name.clone());
-            }
-            _ => return Company::Jointed,
-        }
-    }
-    // A sibling that stood still while the link moved: the joint between them carried a load.
-    if family.len() > 1 && family.iter().any(|n| *n != link && !others.iter().any(|o| o == n)) {
-        return Company::Jointed;
-    }
-    if others.is_empty() {
-        Company::Alone
-    } else {
-        Company::Rigid(others)
-    }
-}
-
-/// Total displacement and rotation of a track.
-fn displacement(interaction: &Interaction, name: &str) -> Option<(Vector3<f64>, Vector3<f64>)> {
-    let track = interaction.tracks.get(name)?;
-    let rows: Vec<usize> = (0..track.len()).filter(|&i| track.position[i].x.is_finite()).collect();
-    let (first, last) = (*rows.first()?, *rows.last()?);
-    let turn = match (track.rotation[first], track.rotation[last]) {
-        (Some(a), Some(b)) => (b * a.inverse()).scaled_axis(),
-        _ => Vector3::zeros(),
-    };
-    Some((track.position[last] - track.position[first], turn))
 }

@@ -5,7 +5,8 @@ use crate::capture::{Capture, Kind, Segmented};
 use crate::twin::Model;
 
 use super::Config;
-use super::facts::{alone, ground_of, subject};
+use super::company::alone;
+use super::facts::{ground_of, subject};
 use super::identify::{befores, shapes};
 use super::rolling::tumbles;
 use super::shoved::shoved_whole;

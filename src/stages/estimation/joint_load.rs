@@ -286,10 +286,17 @@ impl<'a> JointAtWork<'a> {
             return 0.0;
         };
         let home = first.inverse() * at;
-        let away: Vec<f64> = poses.iter().map(|p| (p * home - at).norm()).collect();
+        // Far from the parent's own origin a little noise of its heading is a long way: means of many rows calm it.
+        let rows = (poses.len() / 20).clamp(1, CALM);
+        let mean = |of: &[Isometry3<f64>]| of.iter().map(|p| (p * home).coords).sum::<Vector3<f64>>() / of.len() as f64;
+        let places: Vec<Vector3<f64>> = poses.chunks(rows).map(mean).collect();
+        let away: Vec<f64> = places.iter().map(|p| (p - places[0]).norm()).collect();
         quantile(&away, 0.9).unwrap_or(0.0)
     }
 }
+
+/// Rows of a parent's track that are averaged at most.
+const CALM: usize = 25;
 
 /// What a force adds to the moment about an axis that is off by 1 m, along two directions across it.
 fn aside(axis: &Vector3<f64>, force: &Vector3<f64>) -> [f64; 2] {

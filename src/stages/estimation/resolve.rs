@@ -9,9 +9,11 @@ use super::coast::Shape;
 use super::combine::combine;
 use super::facts::{Facts, Ground};
 use super::friction_force::{Sliding, sliding_of};
+use super::lean::on_slope;
 use super::one_speed::confound_with_damping;
 use super::pool::{pooled, positive, relative_sd};
 use super::solid::Solid;
+use super::sticking::{coefficient_of_peaks, force_of_tilt};
 use super::surface::SurfacePrior;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{BodyPrior, SupportFriction};
@@ -106,6 +108,7 @@ pub(super) fn conclude(
     }
     weigh_in(link, facts);
     slide_down(link, facts, config);
+    let facts = &on_slope(link, facts, before, ground, config);
     let mass = link.mass.as_ref().map(|m| m.value);
     let mu = link.friction.kinetic.as_ref().map(|f| f.value);
     let assumed = before.mass(config).0;
@@ -140,9 +143,12 @@ pub(super) fn conclude(
         let tilted = link.friction.static_.is_some();
         part(link, before, g, config);
         if tilted {
-            write_static_force(link, g);
+            force_of_tilt(link, g);
         }
         combine(link, facts, &sliding, before, g, config, notices);
+        if !tilted {
+            coefficient_of_peaks(link, g);
+        }
         leave_open(link);
     } else if link.friction.kinetic.is_none() {
         note_given_friction(link, before);
@@ -254,15 +260,6 @@ fn write_friction_centre(
     }
 }
 
-/// Static friction from tilts says more of the force than the peaks of pushes do.
-fn write_static_force(link: &mut Link, g: f64) {
-    if let (Some(mass), Some(mu)) = (&link.mass, &link.friction.static_) {
-        let relative = relative_sd(mass).hypot(relative_sd(mu));
-        let force = positive(mu.value * mass.value * g, relative, "N", joined(mu, mass), &mu.method);
-        link.friction_force.static_ = Some(force);
-    }
-}
-
 fn widen(estimate: &mut Estimate, extra: f64) {
     estimate.sd = estimate.sd.map(|sd| sd.hypot(extra));
     estimate.ci95 = estimate.ci95.map(|[low, high]| {
@@ -271,7 +268,7 @@ fn widen(estimate: &mut Estimate, extra: f64) {
     });
 }
 
-fn joined(a: &Estimate, b: &Estimate) -> Vec<String> {
+pub(super) fn joined(a: &Estimate, b: &Estimate) -> Vec<String> {
     let mut from = a.from.clone();
     from.extend(b.from.iter().filter(|n| !a.from.contains(n)).cloned());
     from
@@ -296,17 +293,6 @@ fn part(link: &mut Link, before: &Before, g: f64, config: &Config) {
                 Some(tilt) => agree(&tilt, &pushed),
                 None => pushed,
             });
-            if let (None, Some(s)) = (&link.friction.static_, &link.friction_force.static_) {
-                let per = (mass.value * g).recip();
-                let sd = s.sd.unwrap_or(0.0).hypot(relative_sd(&mass) * s.value);
-                let mut found = Estimate::measured(s.value * per, sd * per, "1", joined(s, &mass), "push-static");
-                (found.status, found.confounded) = (s.status, s.confounded.clone());
-                let doubt = 1.96 * relative_sd(&mass) * s.value;
-                let [low, high] = s.ci95.unwrap_or([s.value; 2]);
-                let low = s.value - (s.value - low).hypot(doubt);
-                let high = s.value + (high - s.value).hypot(doubt);
-                link.friction.static_ = Some(found.with_interval([low * per, high * per]));
-            }
         }
         (None, Some(mu)) => {
             let relative = relative_sd(&force).hypot(relative_sd(&mu));

@@ -6,7 +6,8 @@
 
 use nalgebra::{DMatrix, DVector, Point3, UnitQuaternion, Vector3};
 
-use super::facts::{Ground, alone, ground_of, subject};
+use super::company::alone;
+use super::facts::{Ground, ground_of, subject};
 use super::pool::pooled;
 use super::solid::solid_of;
 use crate::capture::{Capture, Interaction, Kind, PhaseKind, PoseStream, Segmented};

@@ -29,7 +29,8 @@ const DRAW: f64 = 0.606_530_66;
 
 /// What a body feels, or its sensor makes of it, while it speeds up or slides on as well, so that a mass that comes from that alone, by
 /// plain friction, is off.
-const FELT_AT_SPEED: [&str; 6] = [
+const FELT_AT_SPEED: [&str; 7] = [
+    "loose-mass",
     "viscous-friction",
     "velocity-weakening-friction",
     "rate-state-friction",
@@ -39,6 +40,8 @@ const FELT_AT_SPEED: [&str; 6] = [
 ];
 /// Share of what a law takes off a number that its form leaves in doubt: another of the same cause takes more or less.
 const FORM: f64 = 0.25;
+/// Share of the sensor's range from which on a force may be one that was cut off.
+const NEAR_LIMIT: f64 = 0.8;
 /// By how much such a mass may be off, as a share.
 const OFF: f64 = 0.5;
 
@@ -52,6 +55,9 @@ const WITHOUT_DAMPING: [&str; 6] = [
     "adhesion",
 ];
 
+/// Causes that make a joint resist with its speed.
+const BY_SPEED: [&str; 3] = ["joint-quadratic-damping", "soft-close", "velocity-weakening-friction"];
+
 /// Writes every finding that is more likely than not into the twin, unless one of its numbers holds it already, and what its
 /// numbers are beside the findings.
 pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
@@ -59,13 +65,23 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
         return;
     }
     for level in levels {
-        if let Some(link) = model.twin.link_mut(&level.link) {
-            set(link, level);
-        }
+        set(&mut model.twin, level);
+    }
+    for joint in model.twin.bodies.iter_mut().flat_map(|b| &mut b.joints) {
+        damp(joint, &diagnosis.findings);
     }
     let felt = |f: &&Finding| f.probability > 0.5 && FELT_AT_SPEED.contains(&f.cause.as_str());
     if let Some(finding) = diagnosis.findings.iter().find(felt) {
         doubt_masses(model, &finding.cause);
+    }
+    let cut_off = |f: &&Finding| f.probability > 0.5 && f.cause == "force-saturation";
+    if let Some(limit) = diagnosis
+        .findings
+        .iter()
+        .find(cut_off)
+        .and_then(|f| f.parameters.get("Fs"))
+    {
+        doubt_forces(model, limit.value);
     }
     let takes_work = |f: &&Finding| f.probability > 0.5 && WITHOUT_DAMPING.contains(&f.cause.as_str());
     diagnosis
@@ -91,27 +107,51 @@ fn by_force(friction: &Estimate) -> bool {
     friction.method.contains("push") || !friction.method.starts_with("tilt")
 }
 
-/// A number of a link as it is beside what was named.
-fn set(link: &mut Link, level: &Level) {
+/// A number of a link or a joint as it is beside what was named.
+fn set(twin: &mut Twin, level: &Level) {
+    if level.number == Number::JointFriction {
+        let joints = twin.bodies.iter_mut().flat_map(|b| &mut b.joints);
+        let own = joints
+            .filter(|j| j.name == level.of)
+            .filter_map(|j| j.friction.as_mut());
+        own.for_each(|number| correct(number, level));
+        return;
+    }
+    let Some(link) = twin.link_mut(&level.of) else { return };
     let numbers = match level.number {
         // A tilt alone tells friction without any force that was read.
         Number::Friction => [
             link.friction_force.kinetic.as_mut(),
             link.friction.kinetic.as_mut().filter(|e| by_force(e)),
         ],
-        Number::Stiffness => [link.stiffness.as_mut(), None],
+        _ => [link.stiffness.as_mut(), None],
     };
-    for number in numbers.into_iter().flatten() {
-        let log = level.log.0;
-        let doubt = level.log.1.hypot(FORM * log);
-        let half = number.ci95.map_or(0.0, |c| 0.5 * (c[1] - c[0]));
-        let value = number.value * log.exp();
-        let wide = (half * log.exp()).hypot(1.96 * doubt * value);
-        number.sd = number.sd.map(|sd| (sd * log.exp()).hypot(doubt * value));
-        number.value = value;
-        number.ci95 = Some([(value - wide).max(0.0), value + wide]);
-        number.method = format!("{}, beside what the diagnosis named", number.method);
+    numbers.into_iter().flatten().for_each(|number| correct(number, level));
+}
+
+fn correct(number: &mut Estimate, level: &Level) {
+    let log = level.log.0;
+    let doubt = level.log.1.hypot(FORM * log);
+    let half = number.ci95.map_or(0.0, |c| 0.5 * (c[1] - c[0]));
+    let value = number.value * log.exp();
+    let wide = (half * log.exp()).hypot(1.96 * doubt * value);
+    number.sd = number.sd.map(|sd| (sd * log.exp()).hypot(doubt * value));
+    number.value = value;
+    number.ci95 = Some([(value - wide).max(0.0), value + wide]);
+    number.method = format!("{}, beside what the diagnosis named", number.method);
+}
+
+/// What resists more the faster a joint moves is what was named: a damping that was told without it would count twice.
+fn damp(joint: &mut Joint, findings: &[Finding]) {
+    let named = |cause: &str| {
+        let mut own = findings.iter().filter(|f| f.place == joint.name && f.probability > 0.5);
+        own.find(|f| f.cause == cause)
+    };
+    if !BY_SPEED.iter().any(|cause| named(cause).is_some()) {
+        return;
     }
+    let beside = named("joint-damping").and_then(|f| f.parameters.get("b")).cloned();
+    joint.damping = beside;
 }
 
 /// The damping of what was pressed, where something else was found to take work from it.
@@ -145,6 +185,28 @@ fn doubt_masses(model: &mut Model, cause: &str) {
             let least = (number.value - 1.96 * doubt).max(0.05 * number.value);
             number.ci95 = Some([least, number.value + 1.96 * doubt]);
             number.method = format!("{}, by a friction without {cause}", number.method);
+        }
+    }
+}
+
+/// Friction forces that reach to where the sensor ends: what is left of their readings is the lower part of them.
+fn doubt_forces(model: &mut Model, limit: f64) {
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let near = |e: &Estimate| e.is_measured() && e.ci95.is_some_and(|c| c[1] > NEAR_LIMIT * limit);
+        let Some(force) = link.friction_force.kinetic.as_mut().filter(|e| near(e)) else {
+            continue;
+        };
+        let most = 2.0 * limit.max(force.value) / force.value;
+        let friction = link
+            .friction
+            .kinetic
+            .as_mut()
+            .filter(|e| e.is_measured() && by_force(e));
+        for number in [force].into_iter().chain(friction) {
+            number.status = Status::Assumed;
+            number.ci95 = number.ci95.map(|[low, high]| [low, high.max(most * number.value)]);
+            number.sd = number.sd.map(|sd| sd.hypot(0.25 * most * number.value));
+            number.method = format!("{}, cut off where the sensor ends", number.method);
         }
     }
 }

@@ -53,7 +53,11 @@ pub fn of_all_axes(capture: &Capture, model: &Model) -> Vec<Axes> {
 fn path(interaction: &Interaction, model: &Model, joint: &Joint) -> Option<Vec<(f64, f64, Vector2<f64>)>> {
     let moments = joint_path(interaction, model, joint)?;
     let axis = Vector3::from(joint.axis.value);
-    let first = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
+    // The world's x as far as it is across the axis, its y where the axis runs along x: what drifts is told by a direction
+    // that a reader can find.
+    let level = |e: Vector3<f64>| e - axis * axis.dot(&e);
+    let x = level(Vector3::x());
+    let first = if x.norm() > 0.3 { x } else { level(Vector3::y()) }.normalize();
     let second = axis.cross(&first);
     let across = |m: &JointMoment| {
         (

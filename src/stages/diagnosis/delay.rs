@@ -9,7 +9,7 @@ use super::compare::pairs;
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
 use crate::math::{correlated_mean, interpolate, mad_sd, median, robust_linear, t_tail, weighted_linear};
-use crate::twin::{Evidence, Finding, Gain};
+use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 
 /// Fewest pushes that tell it.
 const FEWEST: usize = 4;
@@ -21,6 +21,9 @@ const CLEAR: f64 = 6.0;
 const WORTH: f64 = 0.3;
 /// By how much a body that yields and springs at the start of a push may seem late, s.
 const START: f64 = 3e-3;
+/// Largest speed over the least from which on a delay is told from a length, and the most by which a tip gives, m.
+const PACES: f64 = 1.5;
+const GIVES: f64 = 1.5e-3;
 /// Span over which a predicted path is differentiated, s.
 const SPAN: f64 = 0.02;
 
@@ -135,7 +138,18 @@ fn constant(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding> {
             1e3 * mean.abs()
         ),
     };
-    told.finding(each, gain(judged, sealed, &|_| mean)?)
+    let mut finding = told.finding(each, gain(judged, sealed, &|_| mean)?)?;
+    // At one speed what is late by a time is behind by a length as well, as at the end of a tip that gives.
+    let fastest = each.iter().map(|e| e.speed).fold(0.0, f64::max);
+    let even = each.iter().all(|e| fastest < PACES * e.speed);
+    if even && mean > 0.0 && mean * fastest < GIVES {
+        finding.probability = 0.5;
+        finding.alternatives = vec![CauseOdds {
+            cause: "contact-law".into(),
+            probability: 0.4,
+        }];
+    }
+    Some(finding)
 }
 
 /// The delay grows with time: the clocks of tool and tracking run apart.

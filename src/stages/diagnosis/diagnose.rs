@@ -115,6 +115,10 @@ pub fn diagnose(
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
     findings.extend(sensor_findings(capture, faults, &traces));
+    // Of a push whose force is cut off only its beginning was felt, with all of the body's way after it.
+    if findings.iter().any(|f| f.cause == "force-saturation") {
+        findings.retain(|f| f.cause != "presliding");
+    }
     findings.retain(|f| config.allows(&f.cause));
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {

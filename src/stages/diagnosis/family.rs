@@ -179,6 +179,11 @@ pub trait Family: Sync {
         false
     }
 
+    /// Whether these experiments could show a law at all; else it is neither named nor a rival, but untestable.
+    fn shows(&self, _law: usize) -> bool {
+        true
+    }
+
     /// Log evidence over the plain model, nats, from which on a law is named.
     fn named_from(&self, _law: usize) -> f64 {
         super::naming::NAMED

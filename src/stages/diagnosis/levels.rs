@@ -7,13 +7,15 @@ pub enum Number {
     Friction,
     /// Stiffness of a link.
     Stiffness,
+    /// Dry friction of a joint.
+    JointFriction,
 }
 
 /// A number of the twin beside the effects that were named.
 #[derive(Clone, Debug)]
 pub struct Level {
-    /// Name of the link.
-    pub link: String,
+    /// Name of the link, or of the joint.
+    pub of: String,
     /// Its number.
     pub number: Number,
     /// Logarithm of what it is over what it was without the effects, with its standard deviation.
@@ -22,13 +24,19 @@ pub struct Level {
 
 impl Level {
     /// That of parameter `k` of a fit.
-    pub(super) fn of(fit: &super::fit::Fit, k: usize, link: &str, number: Number) -> Option<Self> {
+    pub(super) fn of(fit: &super::fit::Fit, k: usize, of: &str, number: Number) -> Option<Self> {
         let doubt = fit.covariance.get((k, k)).copied().unwrap_or(f64::NAN).sqrt();
         let log = (*fit.theta.get(k)?, doubt);
         (log.0.is_finite() && log.1.is_finite()).then(|| Self {
-            link: link.to_owned(),
+            of: of.to_owned(),
             number,
             log,
         })
+    }
+
+    /// The same over a number that is `by` less, as a logarithm.
+    pub(super) fn shifted(mut self, by: f64) -> Self {
+        self.log.0 += by;
+        self
     }
 }

@@ -46,6 +46,7 @@ mod push_ringing;
 mod push_states;
 mod pushes;
 mod rolls;
+mod rubbing;
 mod screen;
 mod sensor;
 mod sensor_lag;

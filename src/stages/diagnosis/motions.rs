@@ -6,10 +6,11 @@
 //! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
 //! what friction allows.
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
+use super::levels::{Level, Number};
 use super::marginal::weights;
 use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
@@ -19,7 +20,7 @@ use super::named::left;
 use super::naming::NAMED;
 use super::{Curve, Quantity};
 use crate::capture::{Capture, Segmented};
-use crate::math::{median, quantile};
+use crate::math::{median, quantile, robust_linear};
 use crate::stages::estimation::JointLoad;
 use crate::twin::{Joint, JointKind, Model};
 
@@ -33,6 +34,10 @@ const SURE: f64 = 0.1;
 const RESOLVED: f64 = 0.02;
 /// Log evidence over the plain model, nats, from which on a play is named.
 const PLAY: f64 = 25.0;
+/// Share of the change of the inertial force within the span of its smoothing that is left open.
+const BLURRED: f64 = 0.3;
+/// Laws that the estimation of a joint knows.
+const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
 const SAMPLES: usize = 20;
 const MOTIONS: usize = 3;
@@ -59,7 +64,11 @@ pub struct Motions {
     sheet: Sheet,
     moments: Vec<Vec<Moved>>,
     friction: f64,
+    /// Dry friction that the twin has, N·m or N.
+    told: Option<f64>,
     slow: f64,
+    /// Inertia by which the load goes with the acceleration, roughly, kg·m² or kg.
+    inert: f64,
     /// From the lowest to the highest position, rad or m.
     span: f64,
     turns: bool,
@@ -129,7 +138,9 @@ impl Motions {
             },
             moments: Vec::new(),
             friction,
+            told: joint.friction.as_ref().map(|f| f.value).filter(|f| *f > 0.0),
             slow,
+            inert: inertia_of(reads, slow),
             span: scale.range[1] - scale.range[0],
             turns,
             lever,
@@ -200,7 +211,11 @@ impl Motions {
         let share = ((high - low) / speed - 0.1).max(0.0);
         let unsteady = self.friction * (2.5 * share).powi(2).min(4.0);
         let shaken = 1.5 * read.jitter * l[i].speed_gain / speed;
-        unsteady + EVEN.hypot(shaken) * l[i].load.abs()
+        // So does what speeds it up: within the span all that it changes by may be anywhere.
+        let gains = (0..near.len()).map(|k| gain_at(near, k));
+        let (least, most) = gains.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), g| (a.min(g), b.max(g)));
+        let blurred = BLURRED * self.inert * (most - least).max(0.0);
+        unsteady + EVEN.hypot(shaken) * l[i].load.abs() + blurred
     }
 
     fn add(&mut self, read: &Read) {
@@ -210,7 +225,6 @@ impl Motions {
         let mut moments = Vec::with_capacity(l.len());
         self.turning.begin();
         for i in 0..l.len() {
-            let (a, b) = (i.saturating_sub(1), (i + 1).min(l.len() - 1));
             let turned = i > 0 && l[i].speed * l[i - 1].speed < 0.0;
             let still = l[i].speed.abs() < self.slow;
             rests = if still { rests + BIN } else { 0.0 };
@@ -226,7 +240,7 @@ impl Motions {
                 time: l[i].time - self.zero,
                 position: l[i].position,
                 speed: l[i].speed,
-                gain: (l[b].speed - l[a].speed) / (l[b].time - l[a].time).max(1e-6),
+                gain: gain_at(l, i),
                 load: l[i].load,
                 lever: l[i].lever,
                 slip: travelled,
@@ -253,6 +267,25 @@ impl Motions {
         });
         self.moments.push(moments);
     }
+}
+
+/// Acceleration at a sample, from its neighbours' speeds.
+fn gain_at(loads: &[JointLoad], i: usize) -> f64 {
+    let (a, b) = (i.saturating_sub(1), (i + 1).min(loads.len() - 1));
+    (loads[b].speed - loads[a].speed) / (loads[b].time - loads[a].time).max(1e-6)
+}
+
+/// Inertia by least squares beside dry friction, a spring and a constant; 0 where none shows.
+fn inertia_of(reads: &[Read], slow: f64) -> f64 {
+    let each = reads.iter().flat_map(|r| (0..r.loads.len()).map(|i| (&r.loads, i)));
+    let moving = each.filter(|(l, i)| l[*i].speed.abs() > slow);
+    let rows: Vec<[f64; 5]> = moving
+        .map(|(l, i)| [gain_at(l, i), l[i].speed.signum(), l[i].position, 1.0, l[i].load])
+        .filter(|row| row.iter().all(|x| x.is_finite()))
+        .collect();
+    let columns = DMatrix::from_fn(rows.len(), 4, |i, k| rows[i][k]);
+    let loads = DVector::from_iterator(rows.len(), rows.iter().map(|r| r[4]));
+    robust_linear(&columns, &loads).map_or(0.0, |fit| fit.x[0].max(0.0))
 }
 
 /// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
@@ -305,6 +338,15 @@ impl Family for Motions {
         };
         let moments = &self.moments[group];
         moments.iter().zip(loose(moments, active)).map(one).collect()
+    }
+
+    /// What the twin's own numbers have a place for was told apart from friction before.
+    fn levels(&self, fit: &Fit) -> Vec<Level> {
+        let told = fit.laws.iter().all(|l| TOLD.contains(&self.sheet.laws[*l].form));
+        let level = Level::of(fit, 0, &self.joint, Number::JointFriction);
+        let against = self.told.filter(|_| !told).map(|f| (self.friction / f).ln());
+        let beside = |level: Level| Some(level.shifted(against?));
+        level.and_then(beside).into_iter().collect()
     }
 
     /// A smaller play is like the start of any motion, where smoothed speeds run ahead.

@@ -15,6 +15,9 @@ use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 const TEMPERATURE: f64 = 1.5;
 /// Share of the error above the noise that a finding may add on interactions that were not fitted.
 const WORSE: f64 = -0.1;
+/// Share of it that a law of one place among many may add, where there is an error above the noise, times this, at all.
+const MISPLACED: f64 = -0.025;
+const ABOVE: f64 = 1.5;
 /// From this share of what repeats leave open on, a law that every interaction meets has to make its error smaller.
 const REPEATS: f64 = 1.0;
 /// What it adds there beside the noise at rest, in units of that.
@@ -42,7 +45,9 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         // One that every interaction meets has nothing to hide behind.
         let everywhere = law.grid.len() < 2 && gain.rmse_before < REPEATS * family.unforeseen();
         let vetoed = everywhere || worse(family, &gain, family.about(taken.law));
-        if !gain.held_out.is_empty() && gain.reduction < WORSE && vetoed {
+        // What acts at a place leaves held-out interactions that never come there as they are, and does not make them worse.
+        let misplaced = law.grid.len() > 1 && gain.reduction < MISPLACED && above_noise(family, &gain, taken.law);
+        if !gain.held_out.is_empty() && (gain.reduction < WORSE && vetoed || misplaced) {
             laws.pop();
             continue;
         }
@@ -52,7 +57,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             place: law.place.clone(),
             probability: own,
             alternatives: odds.into_iter().filter(|o| o.cause != law.cause).collect(),
-            parameters: estimates(family, &ladder.full, taken.law),
+            parameters: estimates(family, ladder, taken.law),
             evidence: std::iter::once(evidence(family, taken))
                 .chain(profile(family, &before))
                 .collect(),
@@ -71,6 +76,11 @@ fn worse(family: &dyn Family, gain: &Gain, kind: usize) -> bool {
         .map_or(0.0, |k| k.sigma)
         .max(family.unforeseen());
     gain.rmse_after.powi(2) - gain.rmse_before.powi(2) > (SHAKEN * floor).powi(2)
+}
+
+fn above_noise(family: &dyn Family, gain: &Gain, law: usize) -> bool {
+    let sigma = family.kinds().get(family.about(law)).map_or(0.0, |k| k.sigma);
+    gain.rmse_before > ABOVE * sigma
 }
 
 /// The model with these laws on, with parameters of the full fit where they are in it.
@@ -103,7 +113,23 @@ fn values(family: &dyn Family, fit: &Fit, law: usize) -> Vec<(f64, f64)> {
     Vec::new()
 }
 
-fn estimates(family: &dyn Family, fit: &Fit, law: usize) -> BTreeMap<String, Estimate> {
+/// Doubt of an amplitude, as a share, where all of the error is left that the laws should take away; less in proportion where less is.
+const MISSHAPEN: f64 = 0.5;
+
+/// What the extended model leaves unexplained where nothing was fitted may pull at its numbers as well.
+fn form_doubt(family: &dyn Family, ladder: &Ladder, law: usize) -> f64 {
+    let anew = family.laws()[law].place != "sensor";
+    // Where something stands each motion tells anew, which leaves little of an effect above the noise.
+    let about = family.kinds().get(family.about(law)).map(|k| k.quantity);
+    if !matches!(about, Some(super::Quantity::Force | super::Quantity::Torque)) {
+        return 0.0;
+    }
+    let whole = gain(family, &ladder.plain, &ladder.full, family.about(law), anew);
+    MISSHAPEN * (1.0 - whole.reduction.clamp(0.0, 1.0))
+}
+
+fn estimates(family: &dyn Family, ladder: &Ladder, law: usize) -> BTreeMap<String, Estimate> {
+    let (fit, form_doubt) = (&ladder.full, form_doubt(family, ladder, law));
     let from: Vec<String> = fit.groups.iter().map(|g| family.groups()[*g].name.clone()).collect();
     let form = &family.laws()[law];
     let each = form.parameters.iter().zip(values(family, fit, law)).enumerate();
@@ -116,7 +142,12 @@ fn estimates(family: &dyn Family, fit: &Fit, law: usize) -> BTreeMap<String, Est
             false if p.log => 0.0,
             false => family.place_doubt(),
         };
-        let sd = sd.hypot(shared);
+        let misshapen = match (k < form.amplitudes, p.log) {
+            (false, _) => 0.0,
+            (true, true) => form_doubt,
+            (true, false) => form_doubt * value,
+        };
+        let sd = sd.hypot(shared).hypot(misshapen);
         if !p.log {
             return (
                 p.name.to_owned(),

@@ -75,7 +75,8 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         return None;
     }
     let allowed = |l: &usize| config.allows(family.laws()[*l].cause);
-    let all: Vec<usize> = (0..family.laws().len()).filter(allowed).collect();
+    let (all, unseen): (Vec<usize>, Vec<usize>) =
+        (0..family.laws().len()).filter(allowed).partition(|l| family.shows(*l));
     let plain = started(family, &groups)?;
     let mut climb = Climb {
         family,
@@ -83,7 +84,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         full: plain.clone(),
         plain,
         taken: Vec::new(),
-        untestable: Vec::new(),
+        untestable: unseen,
         tried: Vec::new(),
         hoped: false,
         polishes: 0,
@@ -148,7 +149,8 @@ impl Climb<'_> {
                 let own = scored.iter().filter(|s| self.cause(s.law) == self.cause(law));
                 own.flat_map(|s| &s.starts).next().is_some()
             };
-            self.untestable = scored.iter().map(|s| s.law).filter(|l| !felt(*l)).collect();
+            let unfelt: Vec<usize> = scored.iter().map(|s| s.law).filter(|l| !felt(*l)).collect();
+            self.untestable.extend(unfelt);
             self.plain = self.full.clone();
             self.tried = found.iter().map(|c| (c.law, c.fit.objective)).collect();
         }

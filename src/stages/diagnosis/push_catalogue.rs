@@ -246,15 +246,6 @@ fn sensor_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "the reading without touching creeps with time",
         ),
         law(
-            "force-crosstalk",
-            "sensor",
-            form::CROSSTALK,
-            vec![a("C", "1", 0.05)],
-            Vec::new(),
-            none(),
-            "a force along one axis is read on another too",
-        ),
-        law(
             "force-saturation",
             "sensor",
             form::SATURATION,
@@ -270,13 +261,37 @@ fn sensor_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
     ]
 }
 
+/// What the sensor makes of a force along another axis: as if it were turned, or of one axis onto the other alone, where the
+/// axes are those of the room.
+fn crosstalk_laws(turns: bool) -> Vec<Law> {
+    let forms = [form::CROSSTALK, form::CROSSTALK_ONTO_X, form::CROSSTALK_ONTO_Y];
+    let kept = if turns { &forms[..1] } else { &forms[..] };
+    let make = |form: &usize| {
+        law(
+            "force-crosstalk",
+            "sensor",
+            *form,
+            vec![Parameter::amplitude("C", "1", 0.05)],
+            Vec::new(),
+            vec![Vec::new()],
+            "a force along one axis is read on another too",
+        )
+    };
+    kept.iter().map(make).collect()
+}
+
+/// Whether the tool was turned from push to push.
+fn tool_turns(pushes: &Pushes) -> bool {
+    let turned: Vec<Vector3<f64>> = pushes.moving().map(|s| s.tool.scaled_axis()).collect();
+    turned.iter().any(|t| (t - turned[0]).norm() > 0.3)
+}
+
 /// A constant reading, in the frame of the tool or in that of the room.
 fn bias_laws(pushes: &Pushes) -> Vec<Law> {
     let none = || vec![Vec::new()];
     let a = Parameter::amplitude;
-    let turned: Vec<Vector3<f64>> = pushes.moving().map(|s| s.tool.scaled_axis()).collect();
-    let turns = turned.iter().any(|t| (t - turned[0]).norm() > 0.3);
-    let mut laws = Vec::new();
+    let turns = tool_turns(pushes);
+    let mut laws = crosstalk_laws(turns);
     let world = || vec![a("bx", "N", 0.25), a("by", "N", 0.25)];
     let tool = vec![a("bx", "N", 0.25), a("by", "N", 0.25), a("bz", "N", 0.25)];
     if turns {

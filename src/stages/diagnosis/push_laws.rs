@@ -37,6 +37,8 @@ pub mod form {
     pub const AGEING_RENEWED: usize = 27;
     pub const LOAD_POWER: usize = 28;
     pub const LOAD_ADHESION: usize = 29;
+    pub const CROSSTALK_ONTO_X: usize = 30;
+    pub const CROSSTALK_ONTO_Y: usize = 31;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -191,6 +193,8 @@ pub fn read(active: &Active, force: Vector2<f64>, along: &Vector2<f64>) -> Vecto
     let v = active.values;
     match active.law.form {
         form::CROSSTALK => force + Vector2::new(-along.y, along.x) * (v[0] * force.dot(along)),
+        form::CROSSTALK_ONTO_X => force + Vector2::x() * (v[0] * force.y),
+        form::CROSSTALK_ONTO_Y => force + Vector2::y() * (v[0] * force.x),
         form::SATURATION => {
             let (limit, size) = (v[0].exp(), force.norm());
             if size > limit { force * (limit / size) } else { force }

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
-use crate::math::{interpolate, median};
+use crate::math::{interpolate, median, quantile};
 use crate::physics::PushPrediction;
 use crate::twin::Link;
 
@@ -146,6 +146,24 @@ pub fn approach(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Ve
     let places: Vec<f64> = path.position.iter().map(|p| p.coords.dot(&way)).collect();
     let at = |before: f64| interpolate(&path.time, &places, onset - before);
     Some((at(BEFORE[0])? - at(BEFORE[1])?).abs() / (BEFORE[1] - BEFORE[0]))
+}
+
+/// Seconds over which the speed of a tool is taken.
+const PACE: f64 = 0.1;
+
+/// How slowly and how fast the tool went for a good part of a stretch, m/s.
+pub fn paces(interaction: &Interaction, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let path = interaction.tool_path.as_ref()?;
+    let axes = [0, 1, 2].map(|k| path.position.iter().map(|p| p[k]).collect::<Vec<f64>>());
+    let at = |t: f64| {
+        let [x, y, z] = [0, 1, 2].map(|k| interpolate(&path.time, &axes[k], t));
+        Some(Vector3::new(x?, y?, z?))
+    };
+    let steps = ((to - from) / PACE).floor().max(0.0) as usize;
+    let ends = |k: usize| Some((at(from + k as f64 * PACE)?, at(from + (k + 1) as f64 * PACE)?));
+    let each = (0..steps).filter_map(ends).map(|(a, b)| (b - a).norm() / PACE);
+    let each: Vec<f64> = each.collect();
+    Some([quantile(&each, 0.3)?, quantile(&each, 0.9)?])
 }
 
 /// World-from-tool at a time.

@@ -7,6 +7,7 @@ use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_motion::{Motion, approach, impact, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
+use super::rubbing::rubbing;
 use crate::capture::Interaction;
 use crate::math::median;
 use crate::physics::Hold;
@@ -100,6 +101,7 @@ impl History {
 
 /// One push, ready for the family.
 pub struct Observed {
+    /// Whose friction is felt: the body, with what moved along with it.
     pub body: String,
     /// Normal load, N.
     pub load: f64,
@@ -125,6 +127,7 @@ impl Observed {
         if interaction.tracks.get(&link.name).is_some_and(|t| tumbles(t, &normal)) {
             return None;
         }
+        let (whose, load) = rubbing(scene, link, action.gravity)?;
         let direction = travel_direction(&action)?;
         let (_, found) = replay_push(model, interaction, scene.segmented, &action, 0.0, 3)?;
         let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&plane[0]), v.dot(&plane[1]));
@@ -170,12 +173,8 @@ impl Observed {
         let (states, measured, spread) = windows(&states, &measured, &along);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
         let largest = finite.fold(0.0, f64::max);
-        let load = link.mass.as_ref().filter(|m| m.is_measured()).map_or_else(
-            || link.friction_force.kinetic.as_ref().map_or(1.0, |f| f.value) / 0.35,
-            |m| m.value * action.gravity,
-        );
         Some(Self {
-            body: link.name.clone(),
+            body: whose,
             load,
             noise: noise?,
             largest,
@@ -187,6 +186,12 @@ impl Observed {
             name: interaction.name.clone(),
             held_out: interaction.held_out,
         })
+    }
+
+    /// When the tool moves the body, s of the capture's clock; the states count from `zero`.
+    pub fn stretch(&self, zero: f64) -> Option<[f64; 2]> {
+        let touched = || self.states.iter().filter(|s| s.contact);
+        Some([touched().next()?.time + zero, touched().next_back()?.time + zero])
     }
 
     /// The push as the family sees it.

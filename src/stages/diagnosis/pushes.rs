@@ -10,6 +10,7 @@ use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::push_catalogue::push_laws;
 use super::push_laws;
+use super::push_motion::paces;
 use super::push_states::{History, Observed, State, WIDTH, excuse_blows};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
@@ -20,6 +21,9 @@ const ONE_TRY: f64 = 5.0;
 
 /// Largest load over the least from which on friction may be asked whether it depends on it.
 const LOADS_VARY: f64 = 1.3;
+
+/// Highest speed of the tool over the lowest from which on friction may be asked whether it depends on speed.
+const PACES: f64 = 1.4;
 
 /// Fewest pushes from which a cause is named.
 const FEWEST: usize = 3;
@@ -37,7 +41,11 @@ pub struct Pushes {
     along: Vec<Vector2<f64>>,
     /// Of the plane of the support.
     plane: [Vector3<f64>; 2],
+    /// What the weight does along a support that is known not to be level, over the load.
+    lean: Vector2<f64>,
     largest: f64,
+    /// The lowest and the highest speed of the tool, m/s.
+    paces: [f64; 2],
 }
 
 impl Pushes {
@@ -55,7 +63,9 @@ impl Pushes {
             loads: Vec::new(),
             along: Vec::new(),
             plane,
+            lean: lean_of(capture, &plane),
             largest: 0.0,
+            paces: [f64::INFINITY, 0.0],
         };
         let mut names: Vec<String> = Vec::new();
         let mut history = History::default();
@@ -71,7 +81,11 @@ impl Pushes {
                 segmented: cut,
                 model,
             };
-            all.extend(Observed::of(&scene, &plane, zero, &mut history));
+            let seen = Observed::of(&scene, &plane, zero, &mut history);
+            if let Some([slow, fast]) = seen.as_ref().and_then(|s| paces(interaction, s.stretch(zero)?)) {
+                out.paces = [out.paces[0].min(slow), out.paces[1].max(fast)];
+            }
+            all.extend(seen);
         }
         excuse_blows(&mut all);
         let noise: Vec<f64> = all.iter().map(|s| s.noise).collect();
@@ -225,6 +239,13 @@ fn plane_of(capture: &Capture, model: &Model) -> [Vector3<f64>; 2] {
     [first, normal.cross(&first)]
 }
 
+/// Gravity along the support over that across it.
+fn lean_of(capture: &Capture, plane: &[Vector3<f64>; 2]) -> Vector2<f64> {
+    let g = &capture.gravity;
+    let across = g.dot(&plane[0].cross(&plane[1])).abs().max(1e-6);
+    Vector2::new(g.dot(&plane[0]), g.dot(&plane[1])) / across
+}
+
 /// The force of a tool that pushes along the direction of `friction` where the table adds `table`: what is across is
 /// not the tool's to hold, the body gives way sideways until its friction holds it.
 fn held(friction: &Vector2<f64>, table: &Vector2<f64>) -> Vector2<f64> {
@@ -254,7 +275,7 @@ impl Family for Pushes {
             // Level, slow change with the way and with the turning: what a surface and a shape leave open in each push.
             let drift = scatter[4] * (s.slip / 0.03) + scatter[5] * s.turned.abs();
             let mut share = 1.0 + excess * (-s.slip / length).exp() + drift;
-            let (mut table, mut offset) = (Vector2::zeros(), Vector2::zeros());
+            let (mut table, mut offset) = (-self.lean * (load * s.loaded), Vector2::zeros());
             let mut viscous = 0.0;
             for (a, reached) in active.iter().zip(&mut reached) {
                 push_laws::pushed_along(a, s, reached, &mut viscous);
@@ -287,6 +308,17 @@ impl Family for Pushes {
             out[n + i] = read.dot(&across) + scatter[2];
         }
         out
+    }
+
+    /// At one speed of the tool what rubs is slower only where the body turns, and how that goes is the footprint's.
+    fn shows(&self, law: usize) -> bool {
+        use push_laws::form::{RATE_STATE, VISCOUS, WEAKENING, WEAKENING_SQUARE};
+        let by_speed = matches!(
+            self.sheet.laws[law].form,
+            RATE_STATE | VISCOUS | WEAKENING | WEAKENING_SQUARE
+        );
+        let even = self.paces[1] > 0.0 && self.paces[1] < PACES * self.paces[0];
+        !(by_speed && even)
     }
 
     /// A law that may act at many places is tried as often, and one of the tries fits by chance: in twenty clean captures of

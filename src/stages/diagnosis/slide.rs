@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::predict::{Outcome, Scene};
+use super::rubbing::shoved_along;
 use super::trace::Predicted;
 use super::{Curve, Path, Quantity};
 use crate::base::Pose;
@@ -20,6 +21,11 @@ const STEADY: f64 = 0.7;
 /// Force along the motion and the motion of every tracked link.
 pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     let direction = travel_direction(action).ok_or("the tool does not move along the support")?;
+    if let Some(other) = shoved_along(scene, &action.target) {
+        return Err(format!(
+            "{other} was shoved along: what that adds to the force is not foretold"
+        ));
+    }
     let (gap, found) = replay_push(scene.model, scene.interaction, scene.segmented, action, 0.0, 3)
         .ok_or("friction or shape of what is moved is not known, or its joint is out of the plane")?;
     let mut curves = Vec::new();
@@ -59,6 +65,13 @@ fn borne(scene: &Scene, action: &Action, force: &[Vector3<f64>]) -> Vec<f64> {
     force.iter().map(share).collect()
 }
 
+/// What the weight of a body on a support that is known not to be level does along its motion, N.
+fn pulled_along(scene: &Scene, action: &Action, direction: &Vector3<f64>) -> f64 {
+    let mass = scene.model.twin.link(&action.target).and_then(|l| l.mass.as_ref());
+    let flat = direction - action.normal.into_inner() * action.normal.dot(direction);
+    mass.map_or(0.0, |m| m.value * scene.capture.gravity.dot(&flat))
+}
+
 fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction: &Vector3<f64>) -> Option<Curve> {
     let (time, force, noise) = scene.binned_force(0.01)?;
     let predicted_along: Vec<f64> = found.prediction.force.iter().map(|f| f.dot(direction)).collect();
@@ -73,6 +86,7 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         .filter(|(t, _)| (first_touch..=last_touch).contains(*t));
     let steady_speed = STEADY * touching.map(|(_, v)| *v).fold(0.0, f64::max);
     let borne = borne(scene, action, &force);
+    let weighed = pulled_along(scene, action, direction);
     // What takes hold of a body does so while all rests.
     let held = action.tool.hold != Hold::Push;
     let rest = scene
@@ -81,7 +95,7 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         .filter(|p| held && p.kind == PhaseKind::Rest);
     let rests = rest.map_or(f64::NEG_INFINITY, |p| p.end);
     let at = |(t, borne): (&f64, &f64)| {
-        let value = borne * interpolate(&found.prediction.time, &predicted_along, *t)?;
+        let value = borne * interpolate(&found.prediction.time, &predicted_along, *t)? - weighed;
         let steady = *t > first_touch + SETTLE && interpolate(&found.prediction.time, &speed, *t)? > steady_speed;
         if *t < first_touch.max(rests) - 0.5 * SETTLE {
             Some(0.0)

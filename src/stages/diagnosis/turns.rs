@@ -16,7 +16,7 @@ use super::push_catalogue::law;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::geometry::mass_properties;
 use crate::physics::pressed_underside;
-use crate::stages::estimation::{Turned, support_normal, tumbles, turned};
+use crate::stages::estimation::{Company, Turned, company, support_normal, tumbles, turned};
 use crate::twin::{Link, Model};
 
 mod form {
@@ -195,7 +195,9 @@ fn rows_of(
         .links
         .first()?;
     let normal = support_normal(capture, model);
-    if interaction.tracks.get(&name).is_some_and(|t| tumbles(t, &normal)) {
+    // With another thing along it turns about the centre of both.
+    let accompanied = company(interaction, cut, &name, &model.twin) != Company::Alone;
+    if accompanied || interaction.tracks.get(&name).is_some_and(|t| tumbles(t, &normal)) {
         return None;
     }
     let stretches = turned(capture, interaction, cut, model, &name)?;

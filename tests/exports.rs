@@ -472,7 +472,7 @@ fn a_film_shows_what_comes_along() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let target = folder.path().join("twin");
     write(&stacks(), &target);
-    let deed: Deed = "pick:glued-lower".parse().expect("a deed");
+    let deed: Deed = "pick:glued top".parse().expect("a deed");
     let (_, pictures) = film_folder(&target, &deed, FilmFormat::Pictures).expect("filmed");
     let decoded = |png: &Vec<u8>| image::load_from_memory(png).expect("a PNG").into_rgb8();
     let (first, last) = (pictures.first().map(decoded), pictures.last().map(decoded));

@@ -89,6 +89,14 @@ fn number(value: f64) -> String {
     }
 }
 
+/// A parameter to three digits.
+fn plain(value: f64) -> String {
+    match value {
+        v if v.abs() >= 0.01 => format!("{v:.3}"),
+        v => format!("{v:.1e}"),
+    }
+}
+
 /// At most [`MOST_DOTS`], evenly taken, those that lie inside.
 fn dots(effects: &[Effect], class: &str, x: &Scale, y: &Scale) -> String {
     let step = effects.len().div_ceil(MOST_DOTS).max(1);
@@ -227,8 +235,13 @@ fn parameters(t: &ThingResult) -> String {
             _ => "left wide: not fixed",
         };
         format!(
-            "<tr><th scope=\"row\">{}</th><td class=\"num\">{:.3e}</td><td class=\"num\">{:.3e} to {:.3e}</td><td class=\"num\">{:.3e}</td><td>{}</td><td>{said}</td></tr>\n",
-            NAMES[k], m.median, m.ci95[0], m.ci95[1], t.best[k], UNITS[k]
+            "<tr><th scope=\"row\">{}</th><td class=\"num\">{}</td><td class=\"num\">{} to {}</td><td class=\"num\">{}</td><td>{}</td><td>{said}</td></tr>\n",
+            NAMES[k],
+            plain(m.median),
+            plain(m.ci95[0]),
+            plain(m.ci95[1]),
+            plain(t.best[k]),
+            UNITS[k]
         )
     };
     let rows: String = (0..NAMES.len()).map(row).collect();

@@ -7,7 +7,7 @@ use palpate::capture::{Capture, read_capture};
 use palpate::physics::tabletop::Coefficients;
 use palpate::pipeline::{Options, Pass, build};
 use palpate::stages::snapshots::{
-    Bench, Config, Evaluation, LearntPrior, Prior, Scales, Search, Seen, Space, divergence, fresh, gather, optimise,
+    Bench, Config, Evaluation, Judged, LearntPrior, Prior, Scales, Search, Seen, Space, fresh, gather, judge, optimise,
     study,
 };
 use serde_json::Value;
@@ -36,9 +36,9 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Spearman's rank correlation; not a number below three pairs.
+/// Spearman's rank correlation; not a number below two pairs.
 fn spearman(pairs: &[(f64, f64)]) -> f64 {
-    if pairs.len() < 3 {
+    if pairs.len() < 2 {
         return f64::NAN;
     }
     let (a, b): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
@@ -104,31 +104,58 @@ fn thing(k: usize) -> Thing {
 }
 
 /// The divergence at a point as it is judged: more simulations than found it, all points by the same starts.
-fn judged(bench: &Bench, at: &Coefficients, held_out: bool, config: &Config) -> f64 {
+fn judged(bench: &Bench, at: &Coefficients, held_out: bool, config: &Config) -> Judged {
     let config = Config {
         simulations: JUDGED_BY * config.simulations,
         ..config.clone()
     };
-    divergence(bench, at, held_out, &config, JUDGE, 0).expect("trials")
+    judge(bench, at, held_out, &config, JUDGE, 0).expect("trials")
 }
 
-/// Judged training and test divergence of every evaluation of the search, whether the search took it for better than all
-/// before, and whether it then was, as judged: some of what looks better is the luck of one evaluation's dice.
-fn course(thing: &Thing, space: &Space, search: &Search, config: &Config) -> Vec<(f64, f64, bool, bool)> {
-    let (mut least, mut fallen) = (f64::INFINITY, f64::INFINITY);
+/// One evaluation of the search as it is judged.
+struct Step {
+    /// Training and test divergence.
+    pair: (f64, f64),
+    /// Whether the search took it for better than all before.
+    improved: bool,
+    /// Whether it then was, as judged: some of what looks better is the luck of one evaluation's dice.
+    better: bool,
+    /// Whether it was by more than the scatter of the trials explains.
+    fell: bool,
+}
+
+/// The judged course of the search.
+fn course(thing: &Thing, space: &Space, search: &Search, config: &Config) -> Vec<Step> {
+    let (mut least, mut lowest) = (f64::INFINITY, f64::INFINITY);
+    let mut fallen: Option<Judged> = None;
     let mut step = |e: &Evaluation| {
         let improved = e.divergence < least;
         least = least.min(e.divergence);
         let at = space.coefficients(&e.at);
         let side = |held_out| judged(&thing.bench, &at, held_out, config);
         let train = side(false);
-        let fell = improved && train < fallen;
-        if fell {
-            fallen = train;
+        let pair = (train.divergence, side(true).divergence);
+        let better = improved && pair.0 < lowest;
+        let fell = improved && fallen.as_ref().is_none_or(|before| train.fell_from(before));
+        if better {
+            lowest = pair.0;
         }
-        (train, side(true), improved, fell)
+        if fell {
+            fallen = Some(train);
+        }
+        Step {
+            pair,
+            improved,
+            better,
+            fell,
+        }
     };
     search.evaluations.iter().map(&mut step).collect()
+}
+
+/// The pairs of the steps that are chosen.
+fn pairs(steps: &[Step], chosen: impl Fn(&Step) -> bool) -> Vec<(f64, f64)> {
+    steps.iter().filter(|s| chosen(s)).map(|s| s.pair).collect()
 }
 
 /// The judged divergence of what the search would name after every evaluation.
@@ -137,7 +164,7 @@ fn incumbents(thing: &Thing, space: &Space, search: &Search, config: &Config) ->
     let mut after = |e: &Evaluation| {
         if e.divergence < least {
             least = e.divergence;
-            value = judged(&thing.bench, &space.coefficients(&e.at), false, config);
+            value = judged(&thing.bench, &space.coefficients(&e.at), false, config).divergence;
         }
         value
     };
@@ -169,7 +196,8 @@ pub fn lab_things(count: usize, learnt: bool) {
     let config = config();
     let space = Space::new(&config, None);
     let (mut inside, mut errors, mut whole) = (0, Vec::new(), Vec::new());
-    let (mut improving, mut falling) = (Vec::new(), Vec::new());
+    let (mut improving, mut bettering, mut falling) = (Vec::new(), Vec::new(), Vec::new());
+    let mut followed = (0, 0);
     let mut all: Vec<(Thing, Seen, Search)> = Vec::new();
     for k in 0..count {
         let thing = thing(k);
@@ -180,19 +208,20 @@ pub fn lab_things(count: usize, learnt: bool) {
         let spent = cpu() - begin;
         let m = &found.marginals[0];
         let steps = course(&thing, &space, &search, &config);
-        let pairs: Vec<(f64, f64)> = steps.iter().map(|s| (s.0, s.1)).collect();
-        let better: Vec<(f64, f64)> = steps.iter().filter(|s| s.2).map(|s| (s.0, s.1)).collect();
-        let fallen: Vec<(f64, f64)> = steps.iter().filter(|s| s.3).map(|s| (s.0, s.1)).collect();
-        whole.push(spearman(&pairs));
+        let (better, fallen) = (pairs(&steps, |s| s.improved), pairs(&steps, |s| s.fell));
+        whole.push(spearman(&pairs(&steps, |_| true)));
         improving.push(spearman(&better));
+        bettering.push(spearman(&pairs(&steps, |s| s.better)));
         falling.push(spearman(&fallen));
+        followed.0 += fallen.windows(2).filter(|w| w[1].1 < w[0].1).count();
+        followed.1 += fallen.len() - 1;
         inside += usize::from((m.ci95[0]..=m.ci95[1]).contains(&thing.friction));
         if found.fixed[0] {
             errors.push((m.median / thing.friction - 1.0).abs());
         }
         println!(
             "{} {k}: friction {:.3}, told {:.3} [{:.3} {:.3}] {}; rank correlation over the search {:.2}, over its {} improvements {:.2}, \
-             over the {} that were {:.2}; \
+             over those that were {:.2}, over the {} beyond doubt {:.2} ({:.3?}); \
              test divergence {:.2} at first, {:.2} at the best; {spent:.1} CPU s",
             KINDS[k % KINDS.len()],
             thing.friction,
@@ -203,8 +232,10 @@ pub fn lab_things(count: usize, learnt: bool) {
             whole[k],
             better.len(),
             improving[k],
+            bettering[k],
             fallen.len(),
             falling[k],
+            fallen,
             better[0].1,
             better[better.len() - 1].1,
         );
@@ -221,14 +252,20 @@ pub fn lab_things(count: usize, learnt: bool) {
     for (what, values) in [
         ("all evaluations", &whole),
         ("what the search took for improvements", &improving),
-        ("what improved as judged", &falling),
+        ("what improved as judged", &bettering),
+        ("what fell beyond the scatter of the trials", &falling),
     ] {
-        let high = values.iter().filter(|r| **r >= 0.8).count();
+        let high = values.iter().filter(|r| **r >= 0.8 - 1e-9).count();
         println!(
-            "rank correlation of training and test divergence, {what}: median {:.2}, 0.8 or more in {high} of {count}",
-            median(values)
+            "rank correlation of training and test divergence, {what}: median {:.2}, 0.8 or more in {high} of {}",
+            median(values),
+            values.iter().filter(|r| r.is_finite()).count(),
         );
     }
+    println!(
+        "test divergence fell too at {} of {} falls beyond doubt",
+        followed.0, followed.1
+    );
     if learnt {
         with_learnt_prior(&all);
     }

@@ -63,13 +63,18 @@ impl Options {
     pub fn record(&self) -> BTreeMap<String, Value> {
         let passes: Vec<&str> = self.passes.iter().map(|p| p.name()).collect();
         let stage = |text: String| Value::String(text);
+        // Where a search is kept is no setting: it ends as if it had not been.
+        let unkept = snapshots::Config {
+            keeper: None,
+            ..self.snapshots.clone()
+        };
         BTreeMap::from([
             ("passes".into(), json!(passes)),
             ("shape".into(), stage(format!("{:?}", self.shape))),
             ("symmetry".into(), stage(format!("{:?}", self.symmetry))),
             ("interaction".into(), stage(format!("{:?}", self.interaction))),
             ("estimation".into(), stage(format!("{:?}", self.estimation))),
-            ("snapshots".into(), stage(format!("{:?}", self.snapshots))),
+            ("snapshots".into(), stage(format!("{unkept:?}"))),
             ("relations".into(), stage(format!("{:?}", self.relations))),
             ("articulation".into(), stage(format!("{:?}", self.articulation))),
             ("diagnosis".into(), stage(format!("{:?}", self.diagnosis))),

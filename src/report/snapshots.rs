@@ -3,7 +3,7 @@
 use super::markup::{count, escape, section as framed, table};
 use super::scale::Scale;
 use crate::pipeline::Run;
-use crate::stages::snapshots::{Effect, GroupResult, NAMES, SearchStep, ThingResult, UNITS};
+use crate::stages::snapshots::{Effect, Gaussian, GroupResult, NAMES, SearchStep, ThingResult, UNITS};
 
 const SIZE: f64 = 232.0;
 const EDGE: f64 = 34.0;
@@ -71,9 +71,10 @@ fn figure(group: &GroupResult, extent: f64) -> String {
     format!(
         "<figure class=\"plot\"><figcaption>{name}{held} <small>mm</small></figcaption><svg viewBox=\"0 0 {SIZE} {SIZE}\" role=\"img\" \
          aria-label=\"{name}: measured and simulated displacements on the support\">{svg}</svg>\
-         <p class=\"muted\">divergence {} → {} nats, energy distance {} → {} mm</p></figure>\n",
+         <p class=\"muted\">divergence {} → {} nats, chance alone leaves about {}; energy distance {} → {} mm</p></figure>\n",
         number(group.divergence[0]),
         number(group.divergence[1]),
+        number(Gaussian::chance(group.measured.len())),
         number(1e3 * group.energy[0]),
         number(1e3 * group.energy[1]),
     )
@@ -85,6 +86,14 @@ fn number(value: f64) -> String {
         v if v.abs() >= 100.0 => format!("{v:.0}"),
         v if v.abs() >= 10.0 => format!("{v:.1}"),
         v => format!("{v:.2}"),
+    }
+}
+
+/// A parameter to three digits.
+fn plain(value: f64) -> String {
+    match value {
+        v if v.abs() >= 0.01 => format!("{v:.3}"),
+        v => format!("{v:.1e}"),
     }
 }
 
@@ -166,11 +175,12 @@ fn course(t: &ThingResult) -> String {
         .search
         .iter()
         .enumerate()
-        .filter(|(_, s)| s.improved)
+        .filter(|(_, s)| s.fell)
         .map(|(i, s)| (i, s.train))
         .collect();
+    let followed: Vec<(usize, f64)> = tests.iter().copied().filter(|(i, _)| t.search[*i].fell).collect();
     svg.push_str(&way(&improved, "measured", &x, &y));
-    svg.push_str(&way(&tests, "predicted", &x, &y));
+    svg.push_str(&way(&followed, "predicted", &x, &y));
     svg.push_str(
         &t.search
             .iter()
@@ -190,7 +200,8 @@ fn course(t: &ThingResult) -> String {
     format!(
         "<figure class=\"plot wide\"><figcaption>Course of the search <small>divergence, nats</small></figcaption>\
          <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Divergence of each evaluation on fitted and on held-out trials\">{svg}</svg>\
-         <p class=\"muted\">Dots: fitted tools and actions. Triangles: held-out ones, evaluated wherever the fit improved. {} simulated in all.</p></figure>\n",
+         <p class=\"muted\">Dots: fitted tools and actions. Triangles: held-out ones, evaluated wherever the fit improved. \
+         Lines join the steps by which the fit improved beyond the scatter of the trials. {} simulated in all.</p></figure>\n",
         count(t.simulated, "trial was", "trials were")
     )
 }
@@ -218,14 +229,19 @@ fn way(points: &[(usize, f64)], class: &str, x: &Scale, y: &Scale) -> String {
 fn parameters(t: &ThingResult) -> String {
     let row = |k: usize| {
         let m = &t.marginals[k];
-        let said = if t.fixed[k] {
-            "the snapshots fix it"
-        } else {
-            "left as wide as before, or nearly"
+        let said = match (t.fixed[k], k == 0 && t.tips) {
+            (true, _) => "the snapshots fix it",
+            (_, true) => "assumed: it fell over in some trials",
+            _ => "left wide: not fixed",
         };
         format!(
-            "<tr><th scope=\"row\">{}</th><td class=\"num\">{:.3e}</td><td class=\"num\">{:.3e} to {:.3e}</td><td class=\"num\">{:.3e}</td><td>{}</td><td>{said}</td></tr>\n",
-            NAMES[k], m.median, m.ci95[0], m.ci95[1], t.best[k], UNITS[k]
+            "<tr><th scope=\"row\">{}</th><td class=\"num\">{}</td><td class=\"num\">{} to {}</td><td class=\"num\">{}</td><td>{}</td><td>{said}</td></tr>\n",
+            NAMES[k],
+            plain(m.median),
+            plain(m.ci95[0]),
+            plain(m.ci95[1]),
+            plain(t.best[k]),
+            UNITS[k]
         )
     };
     let rows: String = (0..NAMES.len()).map(row).collect();

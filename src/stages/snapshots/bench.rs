@@ -9,6 +9,11 @@ use super::Effect;
 use crate::base::{Seed, rng_for};
 use crate::physics::tabletop::{Coefficients, Outcome, Path, Solid, Stage, Tool, Trial, simulate};
 
+/// Share of the trials that made a thing fall from which on it is at the edge of tipping.
+const TIPS: f64 = 0.02;
+/// Least change of height that is a fall, m.
+const FALL: f64 = 5e-3;
+
 /// One measured trial, support frame.
 #[derive(Clone, Debug)]
 pub struct Measured {
@@ -26,6 +31,8 @@ pub struct Measured {
     pub seconds: f64,
     /// Displacement of the body frame on the support.
     pub effect: Effect,
+    /// Whether it came to lie at another height than it stood at: it fell.
+    pub fell: bool,
     /// Impulse that the tool gave, N·s, with its standard deviation, where force was recorded.
     pub impulse: Option<(f64, f64)>,
 }
@@ -39,6 +46,17 @@ pub struct Group {
     pub action: String,
     /// Never fitted.
     pub held_out: bool,
+}
+
+/// One simulated trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulated {
+    /// Displacement of the body frame on the support, m.
+    pub effect: Effect,
+    /// Whether it fell, as the measured ones are told to have fallen.
+    pub fell: bool,
+    /// How it ended.
+    pub outcome: Outcome,
 }
 
 /// One thing with all its trials.
@@ -84,6 +102,18 @@ impl Bench {
         self.of_group(group).iter().map(|i| self.trials[*i].effect).collect()
     }
 
+    /// Whether it stands at the edge of tipping: fitted trials made it fall.
+    pub fn tips(&self) -> bool {
+        let fitted = self.fitted();
+        let fell = fitted.iter().filter(|i| self.trials[**i].fell).count();
+        fell as f64 > TIPS * fitted.len() as f64
+    }
+
+    /// Change of height from which on a thing is said to have fallen, m: beyond what the snapshots' noise explains.
+    pub fn fall(&self) -> f64 {
+        FALL.max(4.0 * std::f64::consts::SQRT_2 * self.place_sd)
+    }
+
     /// Mean length of the measured effects, m.
     pub fn travel(&self) -> f64 {
         self.trials.iter().map(|t| t.effect.norm()).sum::<f64>() / self.trials.len().max(1) as f64
@@ -123,12 +153,12 @@ impl Bench {
         draws: usize,
         seed: Seed,
         round: usize,
-    ) -> Vec<Vec<Vec<(Effect, Outcome)>>> {
+    ) -> Vec<Vec<Vec<Simulated>>> {
         let starts: Vec<Vec<Isometry3<f64>>> = which
             .iter()
             .map(|i| self.starts(&self.trials[*i], draws, seed, round))
             .collect();
-        let mut out: Vec<Vec<Vec<(Effect, Outcome)>>> = vec![vec![Vec::new(); which.len()]; points.len()];
+        let mut out: Vec<Vec<Vec<Simulated>>> = vec![vec![Vec::new(); which.len()]; points.len()];
         for (number, (tool, paths)) in self.tools.iter().enumerate() {
             let mine: Vec<usize> = (0..which.len())
                 .filter(|w| self.trials[which[*w]].tool.0 == number)
@@ -161,7 +191,7 @@ impl Bench {
                     by_trial[*w] = found
                         .by_ref()
                         .take(draws)
-                        .map(|(o, t)| (displacement(&t.start, &o.end), o))
+                        .map(|(o, t)| self.simulated(&t.start, o))
                         .collect();
                 }
             }
@@ -169,15 +199,13 @@ impl Bench {
         out
     }
 
-    /// Simulated effects of a group at one point, `draws` of each of its trials.
-    pub fn effects(&self, group: usize, point: &Coefficients, draws: usize, seed: Seed, round: usize) -> Vec<Effect> {
-        let found = self.outcomes(&self.of_group(group), std::slice::from_ref(point), draws, seed, round);
-        found
-            .into_iter()
-            .flatten()
-            .flatten()
-            .map(|(effect, _)| effect)
-            .collect()
+    fn simulated(&self, start: &Isometry3<f64>, outcome: Outcome) -> Simulated {
+        let lower = (outcome.end.translation.z - start.translation.z).abs();
+        Simulated {
+            effect: displacement(start, &outcome.end),
+            fell: lower.is_nan() || lower > self.fall(),
+            outcome,
+        }
     }
 }
 

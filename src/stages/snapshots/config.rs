@@ -29,8 +29,10 @@ pub struct Config {
     pub restitution: (f64, f64),
     /// Density of an unknown body, kg/m³, and the standard deviation of its logarithm.
     pub density: (f64, f64),
-    /// A parameter counts as measured where the data leave at most this share of its prior spread.
+    /// A parameter counts as measured where the data leave at most this share of its prior spread...
     pub contraction: f64,
+    /// ... and at most this share of the spread that is believed of a thing of which nothing is known.
+    pub certain: f64,
     /// What was learnt from things already seen.
     pub learnt: Option<LearntPrior>,
     /// Where searches go on from, and are put down after every evaluation.
@@ -52,6 +54,7 @@ impl Default for Config {
             restitution: (0.05, 1.0),
             density: (700.0, 0.7),
             contraction: 0.5,
+            certain: 0.25,
             learnt: None,
             keeper: None,
         }
@@ -76,7 +79,9 @@ impl Config {
         ]
         .iter()
         .all(|v| *v > 0.0 && v.is_finite());
-        let shares = (0.0..=1.0).contains(&self.shared_error) && (0.0..=1.0).contains(&self.contraction);
+        let shares = (0.0..=1.0).contains(&self.shared_error)
+            && (0.0..=1.0).contains(&self.contraction)
+            && (0.0..=1.0).contains(&self.certain);
         if counts && positive && shares && self.rolling.1 > self.rolling.0 {
             return Ok(());
         }

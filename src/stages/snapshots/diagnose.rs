@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::effects::Effect;
+use super::effects::{Effect, Gaussian};
 use super::report::{GroupResult, Snapshots, ThingResult};
 use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Verdict};
 
@@ -97,7 +97,7 @@ fn evidence(thing: &ThingResult, group: &GroupResult) -> Evidence {
         words: format!(
             "{} of `{}` with `{}`{held}: {} trials moved it by ({:.1}, {:.1}) mm on the mean, predicted ({:.1}, {:.1}) mm; one trial \
              lies with 95 % in x {:.0} to {:.0} mm, y {:.0} to {:.0} mm. Divergence {after:.2} nats (before anything was \
-             learnt {before:.2}), energy distance {:.1} mm ({:.1} mm)",
+             learnt {before:.2}; chance alone leaves about {:.2}), energy distance {:.1} mm ({:.1} mm)",
             group.group.action,
             thing.name,
             group.group.tool,
@@ -110,6 +110,7 @@ fn evidence(thing: &ThingResult, group: &GroupResult) -> Evidence {
             1e3 * x[1],
             1e3 * y[0],
             1e3 * y[1],
+            Gaussian::chance(group.measured.len()),
             1e3 * group.energy[1],
             1e3 * group.energy[0],
         ),
@@ -127,7 +128,12 @@ fn experiments(thing: &ThingResult) -> Vec<Experiment> {
     if !thing.weighed {
         out.push(ask(format!("lift `{}` once with a force sensor, or record the tool's force: its mass moves nothing that a snapshot shows", thing.name)));
     }
-    if !thing.fixed[0] {
+    if thing.tips {
+        out.push(ask(format!(
+            "strike `{}` lower or more slowly, so that it slides and does not tip: where it falls, its friction is not told",
+            thing.name
+        )));
+    } else if !thing.fixed[0] {
         out.push(ask(format!(
             "tap `{}` quickly and stop short, so that it slides on by itself: the way it coasts tells its friction",
             thing.name

@@ -38,6 +38,23 @@ impl Gaussian {
         0.5 * (ratio.ln() - 2.0 + (inverse * self.covariance).trace() + apart.dot(&(inverse * apart)))
     }
 
+    /// The divergence that is expected of a Gaussian of `count` samples from the one that they were drawn of: chance alone leaves it.
+    /// Infinite below three samples, which span no ellipse.
+    pub fn chance(count: usize) -> f64 {
+        use statrs::function::gamma::digamma;
+        if count < 3 {
+            return f64::INFINITY;
+        }
+        let n = count as f64;
+        let log_det = digamma(0.5 * (n - 1.0)) + digamma(0.5 * (n - 2.0)) + 2.0 * (2.0 / (n - 1.0)).ln();
+        1.0 / n - 0.5 * log_det
+    }
+
+    /// Logarithm of the density at a point, m⁻².
+    pub fn log_density(&self, at: &Effect) -> f64 {
+        -std::f64::consts::TAU.ln() - 0.5 * self.covariance.determinant().ln() - 0.5 * self.distance2(at)
+    }
+
     /// Squared Mahalanobis distance of a point.
     pub fn distance2(&self, at: &Effect) -> f64 {
         let apart = at - self.mean;
@@ -81,6 +98,28 @@ mod tests {
         // Twice as wide in both axes: ln 4 - 1 + 1/4.
         let wider = at(0.0, 0.02).divergence(&at(0.0, 0.04));
         assert!((wider - (4f64.ln() - 1.0 + 0.25)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn chance_alone_leaves_what_draws_from_the_truth_show() {
+        let truth = Gaussian {
+            mean: Effect::zeros(),
+            covariance: Matrix2::identity(),
+        };
+        let mut rng = crate::base::rng_for(crate::base::Seed(1), "chance");
+        let mut one = || {
+            let of = rand_distr::StandardNormal;
+            let samples: Vec<Effect> = (0..10)
+                .map(|_| Vector2::new(rand::Rng::sample(&mut rng, of), rand::Rng::sample(&mut rng, of)))
+                .collect();
+            Gaussian::of(&samples, 0.0).map_or(0.0, |g| g.divergence(&truth))
+        };
+        let mean = (0..4000).map(|_| one()).sum::<f64>() / 4000.0;
+        assert!(
+            (mean / Gaussian::chance(10) - 1.0).abs() < 0.05,
+            "{mean} for {}",
+            Gaussian::chance(10)
+        );
     }
 
     #[test]

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
+use super::Config;
 use super::bench::{Bench, Group, Measured};
 use super::evidence::{impulse_of, support_from_world};
-use super::{Config, Effect};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Kind, PoseStream, Tool as Given, ToolShape};
 use crate::geometry::{DecompositionConfig, convex_parts, parse_mesh};
@@ -144,7 +144,7 @@ fn one(
     let Some((path, started)) = path_of(path, support_from_world) else {
         return Ok(Err("the tool's path has no pose"));
     };
-    let Some((place, turn, effect, after)) = snapshots(interaction, name, support_from_world) else {
+    let Some((place, turn, moved, after)) = snapshots(interaction, name, support_from_world) else {
         return Ok(Err("a position before or after is missing"));
     };
     let key = tool_key(given);
@@ -199,7 +199,8 @@ fn one(
         place,
         turn,
         seconds,
-        effect,
+        effect: moved.xy(),
+        fell: moved.z.abs() > bench.fall(),
         impulse: impulse_of(scene.capture, interaction),
     });
     Ok(Ok(()))
@@ -233,7 +234,7 @@ fn path_of(stream: &PoseStream, support_from_world: &Isometry3<f64>) -> Option<(
     Some((Path::new(&times, &poses)?, started))
 }
 
-type Before = (Vector3<f64>, Option<UnitQuaternion<f64>>, Effect, f64);
+type Before = (Vector3<f64>, Option<UnitQuaternion<f64>>, Vector3<f64>, f64);
 
 /// Place and turn before, displacement, and the time of the second snapshot.
 fn snapshots(interaction: &Interaction, name: &str, support_from_world: &Isometry3<f64>) -> Option<Before> {
@@ -248,7 +249,7 @@ fn snapshots(interaction: &Interaction, name: &str, support_from_world: &Isometr
     let before = support_from_world * track.position[first];
     let after = support_from_world * track.position[last];
     let turn = track.rotation[first].map(|q| support_from_world.rotation * q);
-    Some((before.coords, turn, (after - before).xy(), track.time[last]))
+    Some((before.coords, turn, after - before, track.time[last]))
 }
 
 fn shape_name(tool: &Given) -> &'static str {

@@ -8,6 +8,7 @@ use super::bench::Bench;
 use super::course::{Keeper, Of};
 use super::effects::{Effect, Gaussian, energy_distance};
 use super::gather::{STAGE, gather, holds_snapshots_only};
+use super::judge::{Judged, judge};
 use super::learnt::{Seen, ShapeClass};
 use super::posterior::{Marginal, Posterior, posterior};
 use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
@@ -145,6 +146,10 @@ pub fn study(
     let guesses: Vec<Scores> = order.iter().take(4).map(|e| scales.to_prior(&e.at)).collect();
     let found = posterior(bench, space, config, &guesses, seed)?;
     let marginals = std::array::from_fn(|k| found.marginal(space, k));
+    // What rocks and falls moves by how it tips, of which friction is but a part.
+    let open = |k: usize| k == 0 && bench.tips();
+    let fixed =
+        std::array::from_fn(|k| !open(k) && fixes(&marginals[k], &space.priors[k], &scales.search.priors[k], config));
     let best = order.first().map_or([0.0; DIMENSIONS], |e| e.at);
     let values = |of: &Space, at: &Scores| std::array::from_fn(|k| of.priors[k].value(at[k]));
     let steps = steps(bench, &scales.search, config, search, seed);
@@ -160,18 +165,13 @@ pub fn study(
         search: steps,
         marginals,
         before: values(space, &[0.0; DIMENSIONS]),
-        fixed: marginals.map(|m| m.contraction < config.contraction),
+        fixed,
+        tips: bench.tips(),
         seen: Seen {
             shape: ShapeClass::of(&bench.solid),
             material: None,
             least: values(&scales.search, &best),
-            told: std::array::from_fn(|k| {
-                told(
-                    &marginals[k],
-                    &space.priors[k],
-                    marginals[k].contraction < config.contraction,
-                )
-            }),
+            told: std::array::from_fn(|k| told(&marginals[k], &space.priors[k], fixed[k])),
         },
         weighed: false,
         best: values(&scales.search, &best),
@@ -180,6 +180,11 @@ pub fn study(
         simulated,
     };
     Some((thing, found))
+}
+
+/// Whether the data fix a parameter: they leave little of what was believed of it, learnt or not, and little of what is believed of any thing.
+fn fixes(m: &Marginal, prior: &Prior, plain: &Prior, config: &Config) -> bool {
+    m.contraction < config.contraction && m.contraction * prior.width() < config.certain * plain.width()
 }
 
 /// What the data alone say of the logarithm of a parameter, with its standard deviation: the posterior without its prior.
@@ -197,7 +202,7 @@ fn told(m: &Marginal, prior: &Prior, fixed: bool) -> Option<(f64, f64)> {
     }
 }
 
-fn draws_of(trials: usize, simulations: usize) -> usize {
+pub(super) fn draws_of(trials: usize, simulations: usize) -> usize {
     (simulations / trials.max(1)).clamp(2, 64)
 }
 
@@ -216,20 +221,7 @@ pub fn divergence(
     seed: Seed,
     round: usize,
 ) -> Option<f64> {
-    let groups: Vec<usize> = (0..bench.groups.len())
-        .filter(|g| bench.groups[*g].held_out == held_out)
-        .collect();
-    let trials: usize = groups.iter().map(|g| bench.of_group(*g).len()).sum();
-    let draws = draws_of(trials, config.simulations);
-    let each: Vec<f64> = groups
-        .iter()
-        .filter_map(|g| {
-            let measured = Gaussian::of(&bench.measured(*g), floor(bench))?;
-            let simulated = Gaussian::of(&bench.effects(*g, point, draws, seed, round), floor(bench))?;
-            Some(measured.divergence(&simulated))
-        })
-        .collect();
-    (!each.is_empty()).then(|| each.iter().sum::<f64>() / each.len() as f64)
+    judge(bench, point, held_out, config, seed, round).map(|j| j.divergence)
 }
 
 /// Goes on with a search until its budget is spent.
@@ -249,23 +241,31 @@ fn evaluate(bench: &Bench, space: &Space, config: &Config, seed: Seed, search: &
     found.is_some()
 }
 
-/// The course of the search, with the held-out divergence wherever it improved.
+/// The course of the search; wherever it improved, with the held-out divergence and whether that improvement is beyond doubt, all
+/// judged from the same starts.
 fn steps(bench: &Bench, space: &Space, config: &Config, search: &Search, seed: Seed) -> Vec<SearchStep> {
     let mut least = f64::INFINITY;
+    let mut fallen: Option<Judged> = None;
     let mut out = Vec::new();
-    for (number, e) in search.evaluations.iter().enumerate() {
+    for e in &search.evaluations {
         let improved = e.divergence < least;
         least = least.min(e.divergence);
         let point = space.coefficients(&e.at);
-        let test = improved
-            .then(|| divergence(bench, &point, true, config, seed, number + 1))
-            .flatten();
+        let side = |held_out| judge(bench, &point, held_out, config, seed, 0);
+        let again = improved.then(|| side(false)).flatten();
+        let fell = again
+            .as_ref()
+            .is_some_and(|now| fallen.as_ref().is_none_or(|before| now.fell_from(before)));
         out.push(SearchStep {
             train: e.divergence,
-            test,
+            test: improved.then(|| side(true)).flatten().map(|j| j.divergence),
             improved,
+            fell,
             values: std::array::from_fn(|k| space.priors[k].value(e.at[k])),
         });
+        if fell {
+            fallen = again;
+        }
     }
     out
 }
@@ -315,7 +315,8 @@ fn drawn(bench: &Bench, group: usize, space: &Space, posterior: &Posterior, seed
         let effects: Vec<Effect> = by_trial
             .iter()
             .flatten()
-            .map(|(effect, _)| {
+            .map(|s| {
+                let effect = s.effect;
                 let off = posterior.share * effect.norm() * std::f64::consts::FRAC_1_SQRT_2;
                 let own = Vector2::new(bell(), bell());
                 effect + (common + own) * off

@@ -3,10 +3,12 @@
 //! A displacement is one of Student-t bells about those simulated from starts drawn afresh. An impulse is the mass times the
 //! simulated impulse per kg, up to the same share of error; the mass, which moves nothing on a prescribed path, is
 //! integrated out about its most likely value (Laplace), with its prior by volume or as the capture knows it.
+//!
+//! A trial that stood is compared with the simulated ones that did. How often a thing at its edge falls is not a figure that a
+//! simulator has: the simulated odds count half, the other half is even, and a trial that fell tells no more than that it did.
 
 use super::Effect;
-use super::bench::Bench;
-use crate::physics::tabletop::Outcome;
+use super::bench::{Bench, Simulated};
 
 /// Shares of the travel by which the simulation may be off, one a factor two above the other.
 pub(super) const SHARES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
@@ -31,7 +33,7 @@ pub(super) struct Level {
 }
 
 /// Simulated displacements and outcomes of one trial, by draw of its start.
-type Draws = Vec<(Effect, Outcome)>;
+type Draws = Vec<Simulated>;
 
 pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
@@ -55,14 +57,23 @@ pub(super) fn level(bench: &Bench, fitted: &[usize], simulated: &[Draws], counts
     let noise = 2.0 * bench.place_sd.powi(2) + GEOMETRY.powi(2);
     let mut log = [0.0; SHARES.len()];
     for ((i, draws), counts) in fitted.iter().zip(simulated).zip(counts) {
-        let measured = bench.trials[*i].effect;
+        let trial = &bench.trials[*i];
+        let fell = draws.iter().filter(|s| s.fell).count();
+        let odds = 0.5 * (fell as f64 / draws.len() as f64 + 0.5);
+        if trial.fell {
+            // Where a tumble ends no simulator tells.
+            log.iter_mut().for_each(|value| *value += counts * odds.ln());
+            continue;
+        }
+        let like = |s: &&Simulated| !s.fell || fell == draws.len();
+        let kept: Vec<Effect> = draws.iter().filter(like).map(|s| s.effect).collect();
         for (value, share) in log.iter_mut().zip(SHARES) {
-            let bells = draws.iter().map(|(effect, _)| {
+            let bells = kept.iter().map(|effect| {
                 let variance = noise + (share * effect.norm()).powi(2);
-                let squared = (measured - effect).norm_squared() / variance;
+                let squared = (trial.effect - effect).norm_squared() / variance;
                 -variance.ln() - 0.5 * (FREEDOM + 2.0) * (1.0 + squared / FREEDOM).ln()
             });
-            *value += counts * (log_sum(bells) - (draws.len() as f64).ln());
+            *value += counts * (log_sum(bells) - (kept.len() as f64).ln() + (1.0 - odds).ln());
         }
     }
     let felt = ratios(bench, fitted, simulated, counts);
@@ -91,10 +102,10 @@ fn ratios(bench: &Bench, fitted: &[usize], simulated: &[Draws], counts: &[f64]) 
     let of = |((i, draws), counts): ((&usize, &Draws), &f64)| {
         let (impulse, sd) = bench.trials[*i].impulse?;
         let n = draws.len() as f64;
-        let mean = draws.iter().map(|(_, o)| o.impulse.norm()).sum::<f64>() / n;
+        let mean = draws.iter().map(|s| s.outcome.impulse.norm()).sum::<f64>() / n;
         let scatter = draws
             .iter()
-            .map(|(_, o)| (o.impulse.norm() - mean).powi(2))
+            .map(|s| (s.outcome.impulse.norm() - mean).powi(2))
             .sum::<f64>()
             / (n - 1.0).max(1.0);
         let per_kg = mean.max(MISSED);

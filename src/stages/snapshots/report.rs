@@ -28,6 +28,8 @@ pub struct ThingResult {
     pub before: [f64; DIMENSIONS],
     /// Whether the data fixed each of them.
     pub fixed: [bool; DIMENSIONS],
+    /// Whether it fell over in some of the fitted trials.
+    pub tips: bool,
     /// What it tells of things of its kind.
     pub seen: Seen,
     /// Whether its mass is known or was told by forces.
@@ -76,6 +78,8 @@ pub struct SearchStep {
     pub test: Option<f64>,
     /// Whether it improved on all before.
     pub improved: bool,
+    /// Whether, judged again from common starts, it did so by more than the scatter of the trials explains; the first one too.
+    pub fell: bool,
     /// The values tried.
     pub values: [f64; DIMENSIONS],
 }

@@ -3,7 +3,8 @@
 //! Expected improvement, probability of improvement and lower confidence bound each propose a point; one of them is
 //! taken with odds `softmax(eta g)`, where the gain `g` of each falls by what the refitted process expects at its own
 //! proposal (Hoffman, Brochu and de Freitas 2011; Lima et al. 2019, section III B). What is believed beforehand says where to
-//! begin and nothing more: a belief that also led the steps after that held searches fast beside the least.
+//! begin and nothing more: a belief that also led the steps after that held searches fast beside the least. Improvement means more than
+//! the noise of an evaluation.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -21,6 +22,10 @@ const CANDIDATES: usize = 400;
 /// Trade of the lower confidence bound, and temper of the choice between the acquisitions.
 const BETA: f64 = 1.96;
 const ETA: f64 = 1.0;
+
+/// A search that began with a belief looks elsewhere every so many evaluations, so many times.
+const APART: usize = 3;
+const ELSEWHERE: usize = 9;
 
 /// One evaluated point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,6 +89,9 @@ impl Search {
     /// The next point to evaluate, and which acquisition wants it.
     pub fn ask(&mut self) -> (Scores, &'static str) {
         let n = self.evaluations.len();
+        if let Some(at) = self.elsewhere(n) {
+            return (at, "start");
+        }
         let fitted = (n >= self.first.max(2)).then(|| self.process()).flatten();
         let Some(process) = fitted else {
             let believed = self.starts.get(n).copied();
@@ -117,6 +125,14 @@ impl Search {
         (proposals[chosen], ACQUISITIONS[chosen])
     }
 
+    /// Where a search that began with a belief looks without it: every third evaluation afterwards is a point of the sequence, until as
+    /// many of them as begin a search from nothing were evaluated. A process of points that lie together knows of nothing else.
+    fn elsewhere(&self, n: usize) -> Option<Scores> {
+        let after = n.checked_sub(self.starts.len()).filter(|_| !self.starts.is_empty())?;
+        let due = after % APART == APART - 1 && after / APART < ELSEWHERE;
+        due.then(|| start_point(1 + after / APART, self.seed))
+    }
+
     /// Takes up what an evaluation gave.
     pub fn tell(&mut self, at: Scores, divergence: f64, asked_by: &str) {
         self.evaluations.push(Evaluation {
@@ -139,12 +155,16 @@ impl Search {
 
     /// Where each acquisition is best: candidates all over, and about the best point so far.
     fn propose(&self, process: &Process, rng: &mut impl Rng) -> [Scores; 3] {
-        let least = self
-            .evaluations
-            .iter()
-            .map(|e| process.predict(&e.at).0)
-            .fold(f64::INFINITY, f64::min);
-        let best = self.best().map_or([0.0; DIMENSIONS], |e| e.at);
+        let (mut least, mut best) = (f64::INFINITY, [0.0; DIMENSIONS]);
+        for e in &self.evaluations {
+            let expected = process.predict(&e.at).0;
+            if expected < least {
+                (least, best) = (expected, e.at);
+            }
+        }
+        // What is less than the noise of an evaluation is no improvement: without this margin the probability of improvement
+        // asks for points beside the least for ever.
+        least -= process.lengths().2;
         let mut found = [(f64::NEG_INFINITY, best); 3];
         for i in 0..CANDIDATES {
             let at: Scores = if i % 2 == 0 {
@@ -167,7 +187,7 @@ impl Search {
     }
 }
 
-/// The logarithms of EI and PI, and the negative LCB, of a prediction against the least mean so far.
+/// The logarithms of EI and PI, and the negative LCB, of a prediction against what an improvement has to reach.
 fn acquisitions((mean, sd): (f64, f64), least: f64) -> [f64; 3] {
     let normal = Normal::standard();
     let z = (least - mean) / sd;
@@ -218,6 +238,27 @@ mod tests {
         run(&mut search, 40);
         let best = search.best().expect("some");
         assert!(best.divergence < 0.03, "{best:?}");
+    }
+
+    #[test]
+    fn noise_does_not_hold_it_beside_a_shallow_dent() {
+        // A shallow dent where it begins, a deep one elsewhere, under noise: it has to go and look.
+        let deep = |at: &Scores| {
+            let apart = |x: f64, y: f64| (at[0] - x).powi(2) + (at[2] - y).powi(2);
+            2.0 - 0.5 * (-2.0 * apart(-0.8, 0.0)).exp() - 1.8 * (-0.7 * apart(1.1, 0.6)).exp()
+        };
+        let mut found = 0;
+        for seed in 0..6 {
+            let starts = vec![[-0.8, 0.0, 0.0, 0.0], [-0.6, 0.0, 0.0, 0.0], [-1.0, 0.0, 0.1, 0.0]];
+            let mut search = Search::guided(Seed(seed), starts);
+            let mut dice = rng_for(Seed(seed), "test");
+            while search.evaluations.len() < 40 {
+                let (at, by) = search.ask();
+                search.tell(at, deep(&at) + dice.random_range(-0.02..0.02), by);
+            }
+            found += usize::from(search.best().expect("some").divergence < 0.5);
+        }
+        assert!(found >= 5, "{found} of 6");
     }
 
     #[test]

@@ -36,6 +36,14 @@ impl Prior {
         }
     }
 
+    /// Spread of the logarithm.
+    pub fn width(&self) -> f64 {
+        match self {
+            Self::LogNormal(_, sd) => *sd,
+            Self::LogUniform(low, high) => (high / low).ln() / 12f64.sqrt(),
+        }
+    }
+
     /// The standard normal score of a value.
     pub fn score(&self, value: f64) -> f64 {
         let of_share = |share: f64| normal().inverse_cdf(share.clamp(1e-9, 1.0 - 1e-9));

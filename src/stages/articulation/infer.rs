@@ -39,6 +39,15 @@ pub struct Unproven {
     pub share: f64,
 }
 
+/// Pairs that are no joints, or may not be.
+#[derive(Default)]
+struct Open {
+    /// Moved as a joint lets them, which nothing proves.
+    unproven: Vec<(Unproven, JointKind)>,
+    /// Never moved against each other.
+    together: Vec<[String; 2]>,
+}
+
 /// Seconds at the start of a track over which its pose is averaged.
 const REST: f64 = 0.25;
 /// Probability that two things are held once that was shown; names that say so (`body/link`) leave no doubt.
@@ -62,10 +71,10 @@ pub fn infer(
         .flat_map(|i| i.tracks.keys().map(String::as_str))
         .collect();
     let names: Vec<&str> = names.into_iter().filter(|n| seen(capture, n, notices)).collect();
-    let (mut arcs, mut unproven) = (Vec::new(), Vec::new());
+    let (mut arcs, mut open) = (Vec::new(), Open::default());
     for (k, a) in names.iter().enumerate() {
         for b in &names[k + 1..] {
-            arcs.extend(judge(capture, model, config, (notices, &mut unproven), a, b));
+            arcs.extend(judge(capture, model, config, (notices, &mut open), a, b));
         }
     }
     let stir = |name: &str| {
@@ -77,15 +86,15 @@ pub fn infer(
         ways.iter().sum::<f64>() / ways.len().max(1) as f64
     };
     let turned = |joint: &Joint| turned(capture, model, config, joint);
-    let joints = tree_of(arcs, notices, &stir, &turned);
+    let joints = tree_of(arcs, &open.together, notices, &stir, &turned);
     let held = |u: &Unproven| {
         let ends = |j: &&Joint| {
             (&j.parent, &j.child) == (&u.parent, &u.child) || (&j.child, &j.parent) == (&u.parent, &u.child)
         };
         joints.iter().any(|j| ends(&j))
     };
-    unproven.retain(|(u, _)| !held(u));
-    for (u, kind) in &unproven {
+    open.unproven.retain(|(u, _)| !held(u));
+    for (u, kind) in &open.unproven {
         let how = format!("their relative motion looks {kind:?}, but nothing shows that they hold each other");
         notices.note(
             "articulation",
@@ -96,7 +105,7 @@ pub fn infer(
     let mut out = Articulation {
         joints,
         world_links: Vec::new(),
-        unproven: unproven.into_iter().map(|(u, _)| u).collect(),
+        unproven: open.unproven.into_iter().map(|(u, _)| u).collect(),
     };
     world::infer_world(capture, model, config, notices, &mut out);
     Ok(out)
@@ -118,13 +127,14 @@ fn judge(
     capture: &Capture,
     model: &Model,
     config: &Config,
-    (notices, unproven): (&mut Notices, &mut Vec<(Unproven, JointKind)>),
+    (notices, open): (&mut Notices, &mut Open),
     a: &str,
     b: &str,
 ) -> Option<Arc> {
     let pair = Pair::gather(capture, a, b)?;
     let declared = same_body(a, b);
     if !declared && !(0..pair.runs.len()).any(|run| pair.moved(run)) {
+        open.together.push([pair.parent, pair.child]);
         return None;
     }
     let placement = placement(capture, model, &pair)?;
@@ -159,12 +169,12 @@ fn judge(
     let proof = coupling(capture, &pair, &selection, &placement);
     let proven = declared || proof.proven();
     if !proven {
-        let open = Unproven {
+        let pair = Unproven {
             share: best.probability * chance(&pair, kind),
             parent: pair.parent.clone(),
             child: pair.child.clone(),
         };
-        unproven.push((open, kind));
+        open.unproven.push((pair, kind));
     }
     let held = if declared { 1.0 } else { HELD };
     if held * best.probability < config.least_probability {

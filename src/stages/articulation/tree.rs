@@ -36,13 +36,9 @@ const LESS: f64 = 0.8;
 const SAME: f64 = 1e-9;
 
 /// Freedoms of a kind.
-fn freedoms(kind: JointKind) -> usize {
-    match kind {
-        JointKind::Fixed => 0,
-        JointKind::Revolute | JointKind::Prismatic | JointKind::Screw => 1,
-        JointKind::Cylindrical => 2,
-        JointKind::Planar | JointKind::Spherical => 3,
-    }
+fn freedoms(kind: JointKind) -> u8 {
+    let (rotational, translational) = kind.freedom();
+    rotational + translational
 }
 
 impl Arc {
@@ -51,7 +47,7 @@ impl Arc {
     }
 
     /// What is compared before any distance: freedoms and doubt of the kind; share of touches; want of proof and way.
-    fn cost(&self) -> ((usize, bool), f64, (bool, i64)) {
+    fn cost(&self) -> ((u8, bool), f64, (bool, i64)) {
         let way = self.joint.travelled.map_or(0.0, |[low, high]| high - low);
         let length = (way.max(1e-6).ln() / ALIKE).round() as i64;
         let doubtful = self.joint.probability < DOUBTFUL;
@@ -63,15 +59,17 @@ impl Arc {
     }
 }
 
-/// The pairs that are held and make trees, the most probable first, in which every link hangs on one other at most. `turned` describes
+/// The pairs that are held and make trees, the most probable first, in which every link hangs on one other at most. Those
+/// that stood or went `together` all the while are one as far as trees go. `turned` describes
 /// a joint anew with parent and child exchanged; `stir` tells how far a link moved in the world.
 pub fn tree_of(
     arcs: Vec<Arc>,
+    together: &[[String; 2]],
     notices: &mut Notices,
     stir: &dyn Fn(&str) -> f64,
     turned: &dyn Fn(&Joint) -> Option<Joint>,
 ) -> Vec<Joint> {
-    let (mut kept, left) = spanning(arcs);
+    let (mut kept, left) = spanning(arcs, together);
     // What is held by way of others is held by every one of them.
     for arc in left.iter().filter(|arc| arc.proven) {
         for k in way(&kept, &arc.joint.parent, &arc.joint.child) {
@@ -96,7 +94,7 @@ pub fn tree_of(
 }
 
 /// Kruskal's tree of least cost, and what is left over.
-fn spanning(mut arcs: Vec<Arc>) -> (Vec<Arc>, Vec<Arc>) {
+fn spanning(mut arcs: Vec<Arc>, together: &[[String; 2]]) -> (Vec<Arc>, Vec<Arc>) {
     let remote = remoteness(&arcs);
     let far = |arc: &Arc| arc.ends().iter().map(|end| remote[*end]).sum::<f64>();
     let order = |a: &Arc, b: &Arc| -> Ordering {
@@ -114,6 +112,12 @@ fn spanning(mut arcs: Vec<Arc>) -> (Vec<Arc>, Vec<Arc>) {
     };
     arcs.sort_by(order);
     let mut group: BTreeMap<String, String> = BTreeMap::new();
+    for [a, b] in together {
+        let (a, b) = (root(&group, a), root(&group, b));
+        if a != b {
+            group.insert(b, a);
+        }
+    }
     let (mut kept, mut left) = (Vec::new(), Vec::new());
     for arc in arcs {
         let (a, b) = (root(&group, &arc.joint.parent), root(&group, &arc.joint.child));
@@ -152,7 +156,7 @@ fn tell(kept: &[Arc], left: &[Arc], notices: &mut Notices) {
     let mut made: Vec<String> = Vec::new();
     for arc in left.iter().filter(|arc| arc.proven) {
         let between = way(kept, &arc.joint.parent, &arc.joint.child);
-        let all: usize = between.iter().map(|k| freedoms(kept[*k].joint.kind)).sum();
+        let all: u8 = between.iter().map(|k| freedoms(kept[*k].joint.kind)).sum();
         let shares: f64 = between.iter().map(|k| kept[*k].share).sum();
         if freedoms(arc.joint.kind) < all && arc.share < LESS * shares {
             let message = "it would close a loop of joints and is left out";

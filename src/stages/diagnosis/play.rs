@@ -273,3 +273,51 @@ fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -
     };
     (1..loads.len().saturating_sub(1)).filter_map(one).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hand to and fro with 1 N·m of friction, in a play, or in a grip that gives as far under that load.
+    fn to_and_fro(half: f64, gives: bool) -> Led {
+        let (mut child, mut readings, mut last) = (0.0f64, Vec::new(), 0.0);
+        for i in 0..400 {
+            let hand = 0.5 * (0.02 * f64::from(i)).sin();
+            let before = child;
+            child = child.clamp(hand - half, hand + half);
+            let slides = (child - before).abs() > 0.0;
+            let held = if gives { (hand - child) / half } else { 0.0 };
+            readings.push(Reading {
+                hand,
+                child,
+                hand_speed: (hand - last) / 0.04,
+                child_speed: (child - before) / 0.04,
+                load: if slides { (child - before).signum() } else { held },
+            });
+            last = hand;
+        }
+        Led {
+            interaction: "pull".into(),
+            held_out: false,
+            half: (half, 1e-3 * half),
+            middle: 0.0,
+            lever: 0.4,
+            load: 1.0,
+            readings,
+        }
+    }
+
+    #[test]
+    fn play_is_told_from_a_hand_that_gives() {
+        let (play, gives) = (to_and_fro(0.03, false), to_and_fro(0.03, true));
+        assert!(free(&[&play]));
+        assert!(!free(&[&gives]));
+    }
+
+    #[test]
+    fn a_play_foretells_the_way_of_the_child() {
+        let play = to_and_fro(0.03, false);
+        assert!(rms(&[&play], 0.03) < 1e-9);
+        assert!(rms(&[&play], 0.0) > 0.02);
+    }
+}

@@ -21,7 +21,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             gap: 0.015,
-            origin_distance: 0.5,
+            origin_distance: 1.0,
             reach: 3.0,
             world_reach: 1.2,
             least_probability: 0.5,

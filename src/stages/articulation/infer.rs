@@ -1,14 +1,15 @@
 //! The verb of the articulation pass.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use nalgebra::Isometry3;
 
 use super::Config;
 use super::coupling::{Placement, coupling};
 use super::describe::{Anchor, describe};
-use super::pair::Pair;
+use super::pair::{Pair, travel};
 use super::select::{KINDS, Selection, select};
+use super::tree::{Arc, tree_of};
 use super::world;
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Kind, Segmented, first_rest, track_noise};
@@ -38,6 +39,15 @@ pub struct Unproven {
     pub share: f64,
 }
 
+/// Pairs that are no joints, or may not be.
+#[derive(Default)]
+struct Open {
+    /// Moved as a joint lets them, which nothing proves.
+    unproven: Vec<(Unproven, JointKind)>,
+    /// Never moved against each other.
+    together: Vec<[String; 2]>,
+}
+
 /// Seconds at the start of a track over which its pose is averaged.
 const REST: f64 = 0.25;
 /// Probability that two things are held once that was shown; names that say so (`body/link`) leave no doubt.
@@ -61,16 +71,41 @@ pub fn infer(
         .flat_map(|i| i.tracks.keys().map(String::as_str))
         .collect();
     let names: Vec<&str> = names.into_iter().filter(|n| seen(capture, n, notices)).collect();
-    let (mut joints, mut unproven) = (Vec::new(), Vec::new());
+    let (mut arcs, mut open) = (Vec::new(), Open::default());
     for (k, a) in names.iter().enumerate() {
         for b in &names[k + 1..] {
-            joints.extend(judge(capture, model, config, (notices, &mut unproven), a, b));
+            arcs.extend(judge(capture, model, config, (notices, &mut open), a, b));
         }
     }
+    let stir = |name: &str| {
+        let ways: Vec<f64> = capture
+            .fitted()
+            .filter_map(|i| i.tracks.get(name))
+            .map(travel)
+            .collect();
+        ways.iter().sum::<f64>() / ways.len().max(1) as f64
+    };
+    let turned = |joint: &Joint| turned(capture, model, config, joint);
+    let joints = tree_of(arcs, &open.together, notices, &stir, &turned);
+    let held = |u: &Unproven| {
+        let ends = |j: &&Joint| {
+            (&j.parent, &j.child) == (&u.parent, &u.child) || (&j.child, &j.parent) == (&u.parent, &u.child)
+        };
+        joints.iter().any(|j| ends(&j))
+    };
+    open.unproven.retain(|(u, _)| !held(u));
+    for (u, kind) in &open.unproven {
+        let how = format!("their relative motion looks {kind:?}, but nothing shows that they hold each other");
+        notices.note(
+            "articulation",
+            &format!("{}, {}", u.parent, u.child),
+            how.to_lowercase(),
+        );
+    }
     let mut out = Articulation {
-        joints: tree_of(joints, notices),
+        joints,
         world_links: Vec::new(),
-        unproven,
+        unproven: open.unproven.into_iter().map(|(u, _)| u).collect(),
     };
     world::infer_world(capture, model, config, notices, &mut out);
     Ok(out)
@@ -92,13 +127,14 @@ fn judge(
     capture: &Capture,
     model: &Model,
     config: &Config,
-    (notices, unproven): (&mut Notices, &mut Vec<Unproven>),
+    (notices, open): (&mut Notices, &mut Open),
     a: &str,
     b: &str,
-) -> Option<Joint> {
+) -> Option<Arc> {
     let pair = Pair::gather(capture, a, b)?;
     let declared = same_body(a, b);
     if !declared && !(0..pair.runs.len()).any(|run| pair.moved(run)) {
+        open.together.push([pair.parent, pair.child]);
         return None;
     }
     let placement = placement(capture, model, &pair)?;
@@ -131,21 +167,38 @@ fn judge(
         return None;
     }
     let proof = coupling(capture, &pair, &selection, &placement);
-    if !declared && !proof.proven() {
-        let about = format!("{}, {}", pair.parent, pair.child);
-        let how = format!("their relative motion looks {kind:?}, but nothing shows that they hold each other");
-        notices.note("articulation", &about, how.to_lowercase());
-        unproven.push(Unproven {
+    let proven = declared || proof.proven();
+    if !proven {
+        let pair = Unproven {
             share: best.probability * chance(&pair, kind),
-            parent: pair.parent,
-            child: pair.child,
-        });
-        return None;
+            parent: pair.parent.clone(),
+            child: pair.child.clone(),
+        };
+        open.unproven.push((pair, kind));
     }
     let held = if declared { 1.0 } else { HELD };
     if held * best.probability < config.least_probability {
         return None;
     }
+    let anchor = anchor(capture, model, &pair);
+    Some(Arc {
+        proven,
+        share: pair.share_moved(),
+        centres: [placement.parent_centre, placement.child_centre],
+        joint: describe(&pair, &selection, &anchor, &placement, held),
+    })
+}
+
+/// The same joint with parent and child exchanged.
+fn turned(capture: &Capture, model: &Model, config: &Config, joint: &Joint) -> Option<Joint> {
+    let pair = Pair::between(capture, &joint.child, &joint.parent)?;
+    let placement = placement(capture, model, &pair)?;
+    let selection = select(&pair.samples, &KINDS, (config.reach * placement.size).max(0.05))?;
+    let held = if same_body(&pair.parent, &pair.child) {
+        1.0
+    } else {
+        HELD
+    };
     let anchor = anchor(capture, model, &pair);
     Some(describe(&pair, &selection, &anchor, &placement, held))
 }
@@ -275,31 +328,4 @@ fn anchor(capture: &Capture, model: &Model, pair: &Pair) -> Anchor {
         position: noise.position / rows.sqrt(),
         rotation: noise.rotation / rows.sqrt(),
     }
-}
-
-/// Keeps the joints that form trees, the most probable first: a loop cannot be written as one.
-fn tree_of(mut joints: Vec<Joint>, notices: &mut Notices) -> Vec<Joint> {
-    joints.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.name.cmp(&b.name)));
-    let mut group: BTreeMap<String, String> = BTreeMap::new();
-    let root = |group: &BTreeMap<String, String>, name: &str| {
-        let mut at = name.to_owned();
-        while let Some(next) = group.get(&at) {
-            at = next.clone();
-        }
-        at
-    };
-    let mut children = BTreeSet::new();
-    joints.retain(|j| {
-        let (a, b) = (root(&group, &j.parent), root(&group, &j.child));
-        let keep = a != b && !children.contains(&j.child);
-        if keep {
-            children.insert(j.child.clone());
-            group.insert(b, a);
-        } else {
-            let message = "it would close a loop of joints and is left out";
-            notices.warn("articulation", &j.name, message);
-        }
-        keep
-    });
-    joints
 }

@@ -13,6 +13,9 @@ mod select;
 mod tests;
 #[cfg(test)]
 mod tests_of_proof;
+#[cfg(test)]
+mod tests_of_trees;
+mod tree;
 mod world;
 
 pub use config::Config;

@@ -29,11 +29,19 @@ impl<'a> Pair<'a> {
             .filter(|i| i.tracks.contains_key(a) && i.tracks.contains_key(b))
             .collect();
         let travelled = |name: &str| runs.iter().map(|i| travel(&i.tracks[name])).sum::<f64>();
-        let (parent, child) = if travelled(b) < 0.95 * travelled(a) {
-            (b, a)
+        if travelled(b) < 0.95 * travelled(a) {
+            Self::between(capture, b, a)
         } else {
-            (a, b)
-        };
+            Self::between(capture, a, b)
+        }
+    }
+
+    /// The pair with its parent chosen.
+    pub fn between(capture: &'a Capture, parent: &str, child: &str) -> Option<Self> {
+        let runs: Vec<&Interaction> = capture
+            .fitted()
+            .filter(|i| i.tracks.contains_key(parent) && i.tracks.contains_key(child))
+            .collect();
         let mut motions: Vec<Vec<RelativePose>> = runs
             .iter()
             .map(|i| relative_motion(&i.tracks[parent], &i.tracks[child]))
@@ -79,6 +87,12 @@ impl<'a> Pair<'a> {
         })
     }
 
+    /// Share of the runs in which the two moved against each other.
+    pub fn share_moved(&self) -> f64 {
+        let moved = (0..self.runs.len()).filter(|&run| self.moved(run)).count();
+        moved as f64 / self.runs.len().max(1) as f64
+    }
+
     /// True where the relative pose changed beyond noise in the run.
     pub fn moved(&self, run: usize) -> bool {
         let (shift, turn) = self.excursion(run);
@@ -88,7 +102,7 @@ impl<'a> Pair<'a> {
 }
 
 /// How far a track strays from its first row, a turn counted at 50 mm, m.
-fn travel(stream: &PoseStream) -> f64 {
+pub fn travel(stream: &PoseStream) -> f64 {
     let first = (0..stream.len()).find(|&i| stream.position[i].x.is_finite());
     let Some(first) = first else { return 0.0 };
     (0..stream.len())

@@ -17,6 +17,7 @@ use super::motions::{Motions, of_all_joints};
 use super::naming::climb;
 use super::offset::centre_findings;
 use super::onset::{Onset, onset_finding, onsets};
+use super::play::play_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
@@ -96,6 +97,7 @@ pub fn diagnose(
     let (raw, capture) = (capture, righted.as_ref().unwrap_or(capture));
     let (plain, mut findings) = centre_findings(capture, segmented, model);
     let (experiments, curves) = name_causes(capture, segmented, model, (config, faults), &mut findings);
+    findings.extend(play_findings(capture, segmented, model, &findings, notices));
     let traces = predicted(capture, model, (&curves.full, &curves.full_tosses));
     // A part that swings lags behind as well.
     let swings = |f: &Finding| matches!(f.cause.as_str(), "loose-mass" | "added-inertia");

@@ -33,6 +33,7 @@ mod named;
 mod naming;
 mod offset;
 mod onset;
+mod play;
 mod predict;
 mod press_catalogue;
 mod press_laws;

@@ -6,7 +6,7 @@ use super::Config;
 use super::drag::{Drag, less_drag, parted_friction, table_drag};
 use super::drive::{Drive, drive_of};
 use super::facts::{Ground, subject};
-use super::joint_effort::{Units, effort_of, friction_of};
+use super::joint_effort::{friction_of, joint_effort};
 use super::joint_law::{Number, Setting, Trial, law_of};
 use super::joint_load::{JointAtWork, JointLoad, Span, go_on_over_turns, joint_loads};
 use super::joint_matter::{Carried, family};
@@ -86,27 +86,6 @@ pub(super) fn joint_dynamics(
     }
 }
 
-/// What it took to move a joint of which only the path of the hand is known, from the pull that went farthest.
-fn joint_effort(capture: &Capture, segmented: &[Segmented], joint: &Joint, model: &Model) -> Option<JointEffort> {
-    let units = Units {
-        load: if joint.kind == JointKind::Prismatic {
-            "N"
-        } else {
-            "N·m"
-        },
-        position: if joint.kind == JointKind::Prismatic { "m" } else { "rad" },
-    };
-    let by_hand = |i: &&Interaction| !i.tracks.contains_key(&joint.child);
-    let pulls = capture.fitted().filter(by_hand).filter_map(|i| {
-        let cut = segmented.iter().find(|s| s.interaction == i.name)?;
-        let loads = joint_loads(i, cut, joint, model, EFFORT)?;
-        let far = loads.iter().map(|l| l.position.abs()).fold(0.0, f64::max);
-        Some((far, i, loads))
-    });
-    let (_, interaction, loads) = pulls.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    effort_of(&loads, &interaction.name, &units)
-}
-
 fn write_effort(joint: &Joint, effort: &Option<JointEffort>, model: &mut Model) {
     let joints = model.twin.bodies.iter_mut().flat_map(|b| &mut b.joints);
     for target in joints.filter(|j| j.name == joint.name && j.child == joint.child) {
@@ -123,7 +102,7 @@ fn beyond_latch(mut trial: Trial, effort: Option<&JointEffort>) -> Option<Trial>
     (trial.loads.len() >= 4).then_some(trial)
 }
 
-/// Block and half span of velocities, s, and how far the parent may move, m, of what goes into the effort.
+/// Block and half span of velocities, s, and how far the parent may move, m, of what shows which way it went.
 const EFFORT: [f64; 3] = [0.1, 0.3, 1e-3];
 
 /// A slide whose inertia shows: mass of the child, friction and damping of the joint.

@@ -1,5 +1,7 @@
 //! The verb of the relations pass.
 
+use std::collections::BTreeMap;
+
 use super::Config;
 use super::evidence::{Finding, finding};
 use super::placing::{Bearing, Placed, bearing, placed, table, up};
@@ -27,9 +29,12 @@ pub fn relate(
     let mut out: Vec<Relation> = model.twin.joints().map(jointed).collect();
     let things = placed(model);
     let up = up(capture, model);
+    let hung = hung_together(model);
     for (k, a) in things.iter().enumerate() {
         for b in &things[k + 1..] {
-            if joined(&out, &a.name, &b.name) {
+            // Where two origins lie says nothing of links that joints carry.
+            let carried = (a.mesh.is_none() || b.mesh.is_none()) && hung[&a.name] == hung[&b.name];
+            if carried || joined(&out, &a.name, &b.name) {
                 continue;
             }
             if let Some(bearing) = bearing(a, b, &up, config) {
@@ -49,6 +54,25 @@ pub fn relate(
         out.extend(on_table);
     }
     Ok(out)
+}
+
+/// The topmost link that each hangs on by joints, itself where it hangs on none.
+fn hung_together(model: &Model) -> BTreeMap<String, String> {
+    let above = |name: &str| model.twin.joints().find(|j| j.child == name).map(|j| j.parent.as_str());
+    let top = |name: &str| {
+        // A tree is no deeper than it has joints.
+        let steps = 0..model.twin.joints().count();
+        let mut at = name.to_owned();
+        for _ in steps {
+            at = above(&at).map_or(at.clone(), str::to_owned);
+        }
+        at
+    };
+    model
+        .twin
+        .links()
+        .map(|(_, l)| (l.name.clone(), top(&l.name)))
+        .collect()
 }
 
 fn joined(arcs: &[Relation], a: &str, b: &str) -> bool {

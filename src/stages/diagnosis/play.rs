@@ -1,0 +1,323 @@
+//! A hand that holds the child of a joint and does not move with it: play between the two, or a hand that gives.
+//!
+//! Where hand and child are both followed, the play itself is seen: the hand's way along the freedom and the child's differ
+//! by another constant each way, and between the two the hand feels nothing. What gives under the load differs as much,
+//! but the load grows with it.
+
+use nalgebra::{Point3, Vector3};
+
+use super::told::{Told, gain};
+use crate::base::{Estimate, Notices};
+use crate::capture::{Capture, Interaction, Kind, PoseStream, Segmented};
+use crate::math::{median, quantile, random_effects};
+use crate::stages::estimation::{JointLoad, joint_loads};
+use crate::twin::{Finding, Joint, JointKind, Model};
+
+/// Seconds of one reading; least rows of a track over which a speed is read; how far the parent may move, m.
+const BLOCK: f64 = 0.04;
+const ROWS: f64 = 2.5;
+const STANDS: f64 = 3e-3;
+/// Shares of the usual speed from which on something moves, and up to which it stands.
+const MOVES: f64 = 0.4;
+const REMAINS: f64 = 0.2;
+/// Farther than this an angle is not told from one the other way about, rad.
+const HALF_TURN: f64 = 2.8;
+/// Readings each way that a motion has to hold, and readings between the two ways in all.
+const FEWEST: usize = 5;
+/// Share of half the difference within which the hand is between the two ways.
+const WITHIN: f64 = 0.6;
+/// Share of the load while it moves that is no load.
+const NOTHING: f64 = 0.25;
+/// Motions that have to tell; scatter that is expected between them, and the most there may be, as shares.
+const MOTIONS: usize = 2;
+const SCATTER: f64 = 0.05;
+const ALIKE: f64 = 0.25;
+/// Standard deviations from nothing; least play at the hand, m; play at the hand that is told whatever it is of, m.
+const CLEAR: f64 = 5.0;
+const LEAST: f64 = 5e-4;
+const FAR: f64 = 4e-3;
+
+/// One reading: where hand and child are along the freedom, how fast they go, and what the hand feels.
+struct Reading {
+    hand: f64,
+    child: f64,
+    hand_speed: f64,
+    child_speed: f64,
+    load: f64,
+}
+
+/// What one motion says.
+struct Led {
+    interaction: String,
+    held_out: bool,
+    /// Half the difference between the two ways, with its standard deviation, and the middle, rad or m.
+    half: (f64, f64),
+    middle: f64,
+    /// Metres at the hand for each unit of the joint.
+    lever: f64,
+    /// Load while it moves, N·m or N.
+    load: f64,
+    readings: Vec<Reading>,
+}
+
+/// Play between hand and child of every joint of which none is `named` yet.
+pub fn play_findings(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &Model,
+    named: &[Finding],
+    notices: &mut Notices,
+) -> Vec<Finding> {
+    let told = |j: &Joint| named.iter().any(|f| f.cause == "backlash" && f.place == j.name);
+    let kinds = |j: &&Joint| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic);
+    let joints = model.twin.joints().filter(kinds).filter(|j| !told(j));
+    joints
+        .filter_map(|joint| play_of(capture, segmented, model, joint, notices))
+        .collect()
+}
+
+fn play_of(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &Model,
+    joint: &Joint,
+    notices: &mut Notices,
+) -> Option<Finding> {
+    let one = |interaction: &Interaction| led(interaction, segmented, model, joint);
+    let all: Vec<Led> = capture.interactions.iter().filter_map(one).collect();
+    let fitted: Vec<&Led> = all.iter().filter(|l| !l.held_out).collect();
+    if fitted.len() < MOTIONS {
+        return None;
+    }
+    let (halves, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|l| l.half).unzip();
+    let usual = median(&halves)?;
+    let pooled = random_effects(&halves, &sds, SCATTER * usual.abs())?;
+    let statistic = pooled.mean / pooled.sd;
+    let at_hand = pooled.mean * median(&fitted.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
+    if statistic < CLEAR || at_hand < LEAST {
+        return None;
+    }
+    if pooled.between > ALIKE * pooled.mean || !free(&fitted) {
+        if at_hand > FAR {
+            let message = format!(
+                "the hand goes {:.0} mm to either side of where it held `{}`, and not without a load: it gives, or slips",
+                1e3 * at_hand,
+                joint.child
+            );
+            notices.note("diagnosis", &joint.name, message);
+        }
+        return None;
+    }
+    let turns = joint.kind == JointKind::Revolute;
+    let (quantity, unit) = if turns { ("angle", "rad") } else { ("position", "m") };
+    let from: Vec<String> = fitted.iter().map(|l| l.interaction.clone()).collect();
+    let held: Vec<&Led> = all.iter().filter(|l| l.held_out).collect();
+    let judged = if held.is_empty() { &fitted } else { &held };
+    let words = format!(
+        "whenever it turns back the hand goes on by {:.1} mm before the joint follows, and feels nothing meanwhile",
+        2e3 * at_hand
+    );
+    let told = Told {
+        cause: "backlash",
+        place: &joint.name,
+        probability: 0.95,
+        rivals: &[],
+        parameter: (
+            "b",
+            Estimate::measured(pooled.mean, pooled.sd, unit, from, "way of hand and joint"),
+        ),
+        residual: "way of the hand",
+        statistic,
+        words,
+        gain: gain(
+            quantity,
+            unit,
+            [0.0, pooled.mean].map(|half| rms(judged, half)),
+            held.iter().map(|l| l.interaction.clone()).collect(),
+        ),
+    };
+    Some(told.finding())
+}
+
+/// True where the hand feels nothing between the two ways: neither friction nor what grows with the way.
+fn free(all: &[&Led]) -> bool {
+    let (mut count, mut along, mut over, mut under) = (0, 0.0, 0.0, 0.0);
+    for l in all {
+        for r in between(l) {
+            let at = (r.hand - r.child - l.middle) / l.half.0;
+            along += r.hand_speed.signum() * r.load / l.load;
+            over += at * r.load / l.load;
+            under += at * at;
+            count += 1;
+        }
+    }
+    let loaded = along / count.max(1) as f64;
+    count >= FEWEST && loaded.abs() < NOTHING && (over / f64::max(under, 1e-12)).abs() < NOTHING
+}
+
+/// Readings between the two ways: the hand moves, the child stands.
+fn between(led: &Led) -> impl Iterator<Item = &Reading> {
+    let within = |r: &&Reading| (r.hand - r.child - led.middle).abs() < WITHIN * led.half.0;
+    let usual = usual_speed(&led.readings);
+    let free =
+        move |r: &&Reading| r.hand_speed.abs() > MOVES * usual && r.child_speed.abs() < REMAINS * r.hand_speed.abs();
+    led.readings.iter().filter(within).filter(free)
+}
+
+fn usual_speed(readings: &[Reading]) -> f64 {
+    let speeds: Vec<f64> = readings.iter().map(|r| r.hand_speed.abs()).collect();
+    quantile(&speeds, 0.8).unwrap_or(0.0)
+}
+
+/// Root mean square of what a play of `half` to either side leaves of the child's way, the hand's way given.
+fn rms(all: &[&Led], half: f64) -> f64 {
+    let (mut square, mut count) = (0.0, 0.0);
+    for l in all {
+        let mut foretold = l.readings[0].child;
+        for r in &l.readings {
+            let hand = r.hand - l.middle;
+            foretold = foretold.clamp(hand - half, hand + half);
+            square += (r.child - foretold).powi(2);
+            count += 1.0;
+        }
+    }
+    (square / f64::max(count, 1.0)).sqrt()
+}
+
+/// A motion of a joint whose child a hand holds, both followed, to and fro.
+fn led(interaction: &Interaction, segmented: &[Segmented], model: &Model, joint: &Joint) -> Option<Led> {
+    interaction.tool.as_ref().filter(|t| t.pin || t.grip)?;
+    let (path, track) = (interaction.tool_path.as_ref()?, interaction.tracks.get(&joint.child)?);
+    if interaction.kind != Kind::Pull {
+        return None;
+    }
+    let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
+    let row = |s: &PoseStream| median(&s.time.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>());
+    let rows = ROWS * row(path)?.max(row(track)?);
+    let loads = joint_loads(
+        interaction,
+        cut,
+        joint,
+        model,
+        [BLOCK.max(rows), BLOCK.max(rows), STANDS],
+    )?;
+    let lever = median(&loads.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
+    let lever = if joint.kind == JointKind::Prismatic { 1.0 } else { lever };
+    let readings = readings(path, &loads, joint, 0.5 * BLOCK.max(rows));
+    let slides = joint.kind == JointKind::Prismatic;
+    // Poses do not count whole turns.
+    if !slides && readings.iter().any(|r| r.hand.abs() > HALF_TURN) {
+        return None;
+    }
+    let usual = usual_speed(&readings);
+    let goes = |sign: f64| -> Vec<&Reading> {
+        let both = |r: &&Reading| sign * r.hand_speed > MOVES * usual && sign * r.child_speed > MOVES * usual;
+        readings.iter().filter(both).collect()
+    };
+    let ways = [goes(1.0), goes(-1.0)];
+    if ways.iter().any(|w| w.len() < FEWEST) {
+        return None;
+    }
+    let apart = |way: &[&Reading]| -> Option<(f64, f64)> {
+        let each: Vec<f64> = way.iter().map(|r| r.hand - r.child).collect();
+        let middle = median(&each)?;
+        let off: Vec<f64> = each.iter().map(|d| (d - middle).abs()).collect();
+        Some((middle, 1.5 * median(&off)? / (each.len() as f64 / 4.0).max(1.0).sqrt()))
+    };
+    let (ahead, back) = (apart(&ways[0])?, apart(&ways[1])?);
+    let felt: Vec<f64> = ways.iter().flatten().map(|r| r.load.abs()).collect();
+    Some(Led {
+        interaction: interaction.name.clone(),
+        held_out: interaction.held_out,
+        half: (0.5 * (ahead.0 - back.0), 0.5 * ahead.1.hypot(back.1)),
+        middle: 0.5 * (ahead.0 + back.0),
+        lever,
+        load: median(&felt).filter(|l| *l > 0.0)?,
+        readings,
+    })
+}
+
+/// Hand and child block by block; positions of the hand count from its first place.
+fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -> Vec<Reading> {
+    let (axis, origin) = (Vector3::from(joint.axis.value), Point3::from(joint.origin.value));
+    let at = |t: f64| -> Option<Vector3<f64>> {
+        let rows = path.time.partition_point(|x| *x < t - reach)..path.time.partition_point(|x| *x <= t + reach);
+        let read: Vec<Vector3<f64>> = path.position[rows]
+            .iter()
+            .map(|p| p.coords)
+            .filter(|p| p.x.is_finite())
+            .collect();
+        (!read.is_empty()).then(|| read.iter().sum::<Vector3<f64>>() / read.len() as f64)
+    };
+    let level = |v: Vector3<f64>| v - axis * axis.dot(&v);
+    let Some(first) = loads.iter().find_map(|l| at(l.time)) else {
+        return Vec::new();
+    };
+    let along = |p: Vector3<f64>| match joint.kind {
+        JointKind::Prismatic => axis.dot(&(p - first)),
+        _ => {
+            let (home, out) = (level(first - origin.coords), level(p - origin.coords));
+            axis.dot(&home.cross(&out)).atan2(home.dot(&out))
+        }
+    };
+    let hands: Vec<Option<f64>> = loads.iter().map(|l| at(l.time).map(along)).collect();
+    let one = |i: usize| {
+        let (before, after) = (hands[i - 1]?, hands[i + 1]?);
+        Some(Reading {
+            hand: hands[i]?,
+            child: loads[i].position,
+            hand_speed: (after - before) / (loads[i + 1].time - loads[i - 1].time),
+            child_speed: loads[i].speed,
+            load: loads[i].load,
+        })
+    };
+    (1..loads.len().saturating_sub(1)).filter_map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hand to and fro with 1 N·m of friction, in a play, or in a grip that gives as far under that load.
+    fn to_and_fro(half: f64, gives: bool) -> Led {
+        let (mut child, mut readings, mut last) = (0.0f64, Vec::new(), 0.0);
+        for i in 0..400 {
+            let hand = 0.5 * (0.02 * f64::from(i)).sin();
+            let before = child;
+            child = child.clamp(hand - half, hand + half);
+            let slides = (child - before).abs() > 0.0;
+            let held = if gives { (hand - child) / half } else { 0.0 };
+            readings.push(Reading {
+                hand,
+                child,
+                hand_speed: (hand - last) / 0.04,
+                child_speed: (child - before) / 0.04,
+                load: if slides { (child - before).signum() } else { held },
+            });
+            last = hand;
+        }
+        Led {
+            interaction: "pull".into(),
+            held_out: false,
+            half: (half, 1e-3 * half),
+            middle: 0.0,
+            lever: 0.4,
+            load: 1.0,
+            readings,
+        }
+    }
+
+    #[test]
+    fn play_is_told_from_a_hand_that_gives() {
+        let (play, gives) = (to_and_fro(0.03, false), to_and_fro(0.03, true));
+        assert!(free(&[&play]));
+        assert!(!free(&[&gives]));
+    }
+
+    #[test]
+    fn a_play_foretells_the_way_of_the_child() {
+        let play = to_and_fro(0.03, false);
+        assert!(rms(&[&play], 0.03) < 1e-9);
+        assert!(rms(&[&play], 0.0) > 0.02);
+    }
+}

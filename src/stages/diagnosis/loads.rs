@@ -10,7 +10,7 @@ use super::rolls::Rolls;
 use super::tosses::Tosses;
 use super::{Curve, Trace};
 use crate::stages::estimation::Inertial;
-use crate::twin::{Evidence, Finding};
+use crate::twin::{Evidence, Finding, Gain};
 
 /// What is left of the odds of a name that does not explain the whole: on seeds of the lab and of MuJoCo worlds that were looked
 /// at about three in four of them were right.
@@ -45,10 +45,13 @@ impl Loads {
         if !findings.is_empty() {
             self.levels.extend(family.levels(&ladder.full));
         }
+        let hardly = !findings.is_empty() && findings.iter().all(|f| explains_little(&f.gain, family, ladder));
         if let (Some(last), Some(left)) = (findings.last_mut(), &ladder.left) {
-            self.left = true;
             self.tests.push(left.clone());
             last.evidence.push(left.clone());
+        }
+        if hardly || (!findings.is_empty() && ladder.left.is_some()) {
+            self.left = true;
             // Odds are among the names; what is left says that the right one may have none.
             for finding in &mut findings {
                 finding.probability *= PART;
@@ -82,6 +85,22 @@ impl Loads {
             *own = own.max(size);
         }
     }
+}
+
+/// Share of the held-out error that names take away below which they explain little of it, and how far above the noise what is
+/// left of it stands then.
+const LITTLE: f64 = 0.15;
+const STANDS_OUT: f64 = 3.0;
+
+fn explains_little(gain: &Gain, family: &dyn Family, ladder: &Ladder) -> bool {
+    let kinds = ladder
+        .taken
+        .iter()
+        .filter_map(|t| family.kinds().get(family.about(t.law)));
+    let noise = kinds.map(|k| k.sigma).fold(0.0, f64::max);
+    !gain.held_out.is_empty()
+        && gain.reduction < LITTLE
+        && gain.rmse_after > STANDS_OUT * noise.max(family.unforeseen())
 }
 
 /// A trace without curves takes those of a joint's load, where there are any.

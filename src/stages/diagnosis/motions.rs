@@ -35,7 +35,7 @@ const RESOLVED: f64 = 0.02;
 /// Log evidence over the plain model, nats, from which on a play is named.
 const PLAY: f64 = 25.0;
 /// Share of the change of the inertial force within the span of its smoothing that is left open.
-const BLURRED: f64 = 0.3;
+const BLURRED: f64 = 0.15;
 /// Laws that the estimation of a joint knows.
 const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
@@ -211,10 +211,11 @@ impl Motions {
         let share = ((high - low) / speed - 0.1).max(0.0);
         let unsteady = self.friction * (2.5 * share).powi(2).min(4.0);
         let shaken = 1.5 * read.jitter * l[i].speed_gain / speed;
-        // So does what speeds it up: within the span all that it changes by may be anywhere.
+        // So does what speeds it up: within the span all that it changes by, beyond noise, may be anywhere.
         let gains = (0..near.len()).map(|k| gain_at(near, k));
         let (least, most) = gains.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), g| (a.min(g), b.max(g)));
-        let blurred = BLURRED * self.inert * (most - least).max(0.0);
+        let noise = 3.0 * read.jitter * l[i].speed_gain / BIN;
+        let blurred = BLURRED * self.inert * (most - least - noise).max(0.0);
         unsteady + EVEN.hypot(shaken) * l[i].load.abs() + blurred
     }
 

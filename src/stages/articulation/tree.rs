@@ -216,10 +216,9 @@ fn hang(joints: &mut [Joint], stir: &dyn Fn(&str) -> f64, turned: &dyn Fn(&Joint
         let (mut above, mut at) = (vec![top.clone()], 0);
         while at < above.len() {
             for joint in joints.iter_mut() {
-                if joint.child == above[at] && !above.contains(&joint.parent) {
-                    if let Some(other) = turned(joint) {
-                        *joint = other;
-                    }
+                let hangs_wrongly = joint.child == above[at] && !above.contains(&joint.parent);
+                if let Some(other) = hangs_wrongly.then(|| turned(joint)).flatten() {
+                    *joint = other;
                 }
                 if joint.parent == above[at] && !above.contains(&joint.child) {
                     above.push(joint.child.clone());

@@ -179,6 +179,11 @@ pub trait Family: Sync {
         false
     }
 
+    /// Whether held-out interactions pass the same places as the fitted ones.
+    fn passes_all_places(&self) -> bool {
+        false
+    }
+
     /// Whether these experiments could show a law at all; else it is neither named nor a rival, but untestable.
     fn shows(&self, _law: usize) -> bool {
         true

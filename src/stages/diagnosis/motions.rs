@@ -350,6 +350,10 @@ impl Family for Motions {
         level.and_then(beside).into_iter().collect()
     }
 
+    fn passes_all_places(&self) -> bool {
+        true
+    }
+
     /// A smaller play is like the start of any motion, where smoothed speeds run ahead.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let plays = matches!(self.sheet.laws[law].form, form::BACKLASH | form::BACKLASH_ANEW);

@@ -18,6 +18,8 @@ const WORSE: f64 = -0.1;
 /// Share of it that a law of one place among many may add, where there is an error above the noise, times this, at all.
 const MISPLACED: f64 = -0.025;
 const ABOVE: f64 = 1.5;
+/// Share of it that such a law has to take away where every interaction passes its place.
+const IDLE: f64 = 0.1;
 /// From this share of what repeats leave open on, a law that every interaction meets has to make its error smaller.
 const REPEATS: f64 = 1.0;
 /// What it adds there beside the noise at rest, in units of that.
@@ -47,7 +49,9 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let vetoed = everywhere || worse(family, &gain, family.about(taken.law));
         // What acts at a place leaves held-out interactions that never come there as they are, and does not make them worse.
         let misplaced = law.grid.len() > 1 && gain.reduction < MISPLACED && above_noise(family, &gain, taken.law);
-        if !gain.held_out.is_empty() && (gain.reduction < WORSE && vetoed || misplaced) {
+        // Motions that all pass the place have to be foretold better by it.
+        let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE;
+        if !gain.held_out.is_empty() && (gain.reduction < WORSE && vetoed || misplaced || idle) {
             laws.pop();
             continue;
         }

@@ -92,6 +92,9 @@ impl Placement {
 pub fn coupling(capture: &Capture, pair: &Pair, selection: &Selection, placement: &Placement) -> Coupling {
     let mut found = Coupling::default();
     let fit = &selection.candidates[0].fit;
+    if taken_off(pair, fit, placement) {
+        return found;
+    }
     let one_way = matches!(
         fit.manifold.kind,
         JointKind::Prismatic | JointKind::Revolute | JointKind::Screw
@@ -134,6 +137,26 @@ pub fn coupling(capture: &Capture, pair: &Pair, selection: &Selection, placement
         }
     }
     found
+}
+
+/// Share of the way of a lift by which what stands may shift otherwise.
+const SHIFTS: f64 = 0.1;
+
+/// True where all that was seen of it is that a hand took one straight up off the other: so it goes with whatever stands there.
+fn taken_off(pair: &Pair, fit: &Fit, placement: &Placement) -> bool {
+    let turn = pair
+        .runs
+        .first()
+        .and_then(|r| r.tracks[pair.parent.as_str()].rotation.iter().flatten().next());
+    let axis = fit.manifold.axis.into_inner();
+    let upright = turn.map_or(axis, |q| q * axis).dot(&placement.up).abs() > 0.95;
+    // How far in lifts, and how far otherwise: what stands in a tray shifts a little when that is pushed.
+    let farthest = |lifts: bool| {
+        let own = (0..pair.runs.len()).filter(|k| (pair.runs[*k].kind == Kind::Lift) == lifts);
+        own.map(|k| pair.excursion(k).0).fold(0.0, f64::max)
+    };
+    let straight = fit.manifold.kind == JointKind::Prismatic && upright;
+    straight && (0..pair.runs.len()).any(|k| pair.moved(k)) && farthest(false) < SHIFTS * farthest(true)
 }
 
 /// True where the motion could be gliding on what lies beneath: a turn about the vertical, a shift along the level.

@@ -10,6 +10,7 @@ mod fields;
 mod free;
 mod furnish;
 mod fusion;
+mod instances;
 mod lens;
 mod look;
 mod principal;

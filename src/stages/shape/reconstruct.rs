@@ -10,6 +10,7 @@ use super::anchor::{anchors, origins};
 use super::complete::{Context, FindSymmetry, claim, complete};
 use super::discover::{Thing, discover, give_names, standing, without_crumbs};
 use super::fields::{blocks_near_points, integrate, ranges};
+use super::instances::part_by_instances;
 use super::range::Range;
 use super::solid::Part;
 use super::split::{Split, split};
@@ -99,9 +100,7 @@ pub fn reconstruct_with(
     }
     let mut ranges = ranges(capture)?;
     let ground = find_support(capture, &ranges, notices);
-    for range in &mut ranges {
-        range.seen_from(&ground.world_from_field);
-    }
+    ranges.iter_mut().for_each(|r| r.seen_from(&ground.world_from_field));
     let floor = floor_above(&ground, config);
     let scene = capture
         .support
@@ -111,7 +110,8 @@ pub fn reconstruct_with(
     let up = ground.world_from_field.rotation.inverse() * -capture.gravity.normalize();
     let room_up = scene.is_some().then_some(up);
     let named = origins(&anchors, &ground.world_from_field.inverse());
-    let (mut things, room) = find_things(&ranges, config, floor, &named, room_up.as_ref(), notices)?;
+    let (things, room) = find_things(&ranges, config, floor, &named, room_up.as_ref(), notices)?;
+    let mut things = part_by_instances(things, capture, &ranges, notices);
     for name in give_names(&mut things, named) {
         notices.note("shape", &name, "it is tracked, but the views do not show it");
     }

@@ -44,7 +44,7 @@ pub struct Unproven {
 struct Open {
     /// Moved as a joint lets them, which nothing proves.
     unproven: Vec<(Unproven, JointKind)>,
-    /// Never moved against each other.
+    /// Never moved against each other, and tracked in the same touches.
     together: Vec<[String; 2]>,
 }
 
@@ -134,7 +134,9 @@ fn judge(
     let pair = Pair::gather(capture, a, b)?;
     let declared = same_body(a, b);
     if !declared && !(0..pair.runs.len()).any(|run| pair.moved(run)) {
-        open.together.push([pair.parent, pair.child]);
+        if always_beside(capture, a, b) {
+            open.together.push([pair.parent, pair.child]);
+        }
         return None;
     }
     let placement = placement(capture, model, &pair)?;
@@ -187,6 +189,13 @@ fn judge(
         centres: [placement.parent_centre, placement.child_centre],
         joint: describe(&pair, &selection, &anchor, &placement, held),
     })
+}
+
+/// True where every touch tracks both or neither. Only then do two that never parted go as one wherever a third is
+/// looked at: what stood still beside the one in one touch and beside the other in another says nothing of the two.
+fn always_beside(capture: &Capture, a: &str, b: &str) -> bool {
+    let mut touches = capture.fitted();
+    touches.all(|i| i.tracks.contains_key(a) == i.tracks.contains_key(b))
 }
 
 /// The same joint with parent and child exchanged.

@@ -199,3 +199,30 @@ fn a_branch_hangs_on_what_carries_it() {
     ];
     check("branch", "rail", &parts);
 }
+
+/// Two things joined, touched by themselves; a third that stood by once beside either end while nothing moved. It says
+/// nothing of the two.
+#[test]
+fn what_stood_by_takes_no_joint_away() {
+    let parts = [part(
+        ("flap", "post"),
+        (Revolute, Vector3::z()),
+        [[0.0, 0.0, 0.5], [0.1, 0.0, 0.5]],
+        1.0,
+    )];
+    let mut capture = pulls("post", &parts, "", LEVELS[1], 5);
+    for (k, name) in ["post", "flap"].into_iter().enumerate() {
+        let mut rest = capture.interactions[0].clone();
+        rest.name = format!("rest-{k}");
+        (rest.kind, rest.target, rest.tool, rest.tool_path) = (Kind::Hold, None, None, None);
+        let mut own = rest.tracks[name].clone();
+        let (position, rotation) = (own.position[0], own.rotation[0]);
+        own.position.fill(position);
+        own.rotation.fill(rotation);
+        rest.tracks = [(name.to_owned(), own.clone()), ("mug".to_owned(), own)].into();
+        capture.interactions.push(rest);
+    }
+    let joints = joints_of(&capture);
+    assert_eq!(joints.len(), 1, "{joints:?}");
+    assert_eq!(joints[0].kind, Revolute);
+}

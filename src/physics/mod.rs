@@ -2,6 +2,7 @@
 //! cannot peek at what it must predict.
 
 mod action;
+mod between;
 mod driven;
 mod elastic;
 mod foot;
@@ -24,6 +25,7 @@ mod tumble;
 mod tumble_contact;
 
 pub use action::{Action, Hold, Prediction, ToolMotion};
+pub use between::{Between, SHORTFALL};
 pub use driven::Driven;
 pub use elastic::ElasticLaw;
 pub use foot::{Foot, Pressed, pressed_underside, uniform_torsional_radius};

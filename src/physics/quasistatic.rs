@@ -1,16 +1,18 @@
 //! Quasi-static motion of things that slide on a table while a tool drives one of them.
 //!
 //! The motion is the one whose friction balances the tool: `W(q') q' = J' f`, where `W` collects, for
-//! every foot, the ellipsoidal limit surface `(f/fmax)^2 + (tau/(c fmax))^2 = 1` (Howe and Cutkosky 1996)
-//! and, for every joint, its Coulomb friction. Each is of degree zero in the speed, so the weights are
-//! found by iteration; for one body the first pass is already exact.
+//! every foot, the ellipsoidal limit surface `(f/fmax)^2 + (tau/(c fmax))^2 = 1` (Howe and Cutkosky 1996) less what a patch
+//! falls short of it between sliding and turning, and, for every joint, its Coulomb friction. Each is of degree zero in the
+//! speed, so the weights are found by iteration; for one body that does not turn the first pass is already exact.
 
 use nalgebra::{DMatrix, DVector, Matrix2xX, Vector2};
+
+use super::{Between, SHORTFALL};
 
 /// A dissipating element: `force * |rows q'|` with a metric on up to three rows.
 #[derive(Clone, Debug)]
 pub struct Dissipator {
-    /// Maps the generalised velocity to the slip of the element, already scaled to m/s.
+    /// Maps the generalised velocity to the slip of the element, already scaled to m/s: of a foot along, across and turning.
     pub rows: DMatrix<f64>,
     /// Friction force, N (or N·m for a revolute joint with rows in rad/s).
     pub force: f64,
@@ -49,6 +51,10 @@ pub struct ContactSolution {
 /// Speeds below this count as stuck, m/s or rad/s.
 const STUCK: f64 = 1e-6;
 const PASSES: usize = 40;
+/// Velocities this near are one, a share.
+const NEAR: f64 = 1e-6;
+/// Rows of what a foot resists: two of sliding, one of turning.
+const FOOT: usize = 3;
 
 /// The generalised velocity and the contact force; nothing where the tool moves away.
 pub fn solve_contact(dissipators: &[Dissipator], contact: &Contact) -> Option<ContactSolution> {
@@ -79,9 +85,9 @@ fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSo
     let n = contact.jacobian.ncols();
     let mut velocity = DVector::from_element(n, 0.0);
     let least = |element: &Dissipator| element.creep.max(STUCK);
-    let mut speeds: Vec<f64> = dissipators
+    let mut slips: Vec<(f64, f64)> = dissipators
         .iter()
-        .map(|e| contact.tool_velocity.norm().max(least(e)))
+        .map(|e| (contact.tool_velocity.norm().max(least(e)), 0.0))
         .collect();
     let mut force = Vector2::zeros();
     let pull = dissipators.iter().filter(|e| e.pull != 0.0);
@@ -90,16 +96,26 @@ fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSo
     });
     for _ in 0..PASSES {
         let mut weight = DMatrix::from_diagonal_element(n, n, 1e-9);
-        for (element, speed) in dissipators.iter().zip(&speeds) {
-            weight += element.rows.transpose() * &element.rows * (element.force / speed + element.damping);
+        for (element, (speed, turning)) in dissipators.iter().zip(&slips) {
+            let mut weighed = element.rows.clone();
+            if weighed.nrows() == FOOT {
+                let between = Between::at(*turning, SHORTFALL.0);
+                weighed.rows_mut(0, 2).scale_mut(between.force);
+                weighed.row_mut(2).scale_mut(between.moment);
+            }
+            weight += element.rows.transpose() * weighed * (element.force / speed + element.damping);
         }
         let Some(inverse) = weight.try_inverse() else { break };
         let before = velocity.clone();
         (velocity, force) = balance(&inverse, &pull, contact, mode);
-        for (element, speed) in dissipators.iter().zip(&mut speeds) {
-            *speed = (&element.rows * &velocity).norm().max(least(element));
+        for (element, (speed, turning)) in dissipators.iter().zip(&mut slips) {
+            let slip = &element.rows * &velocity;
+            *speed = slip.norm().max(least(element));
+            if slip.nrows() == FOOT {
+                *turning = (slip[2] / *speed).powi(2);
+            }
         }
-        if (&velocity - before).norm() <= 1e-7 * velocity.norm() {
+        if (&velocity - before).norm() <= NEAR * velocity.norm() {
             break;
         }
     }
@@ -168,22 +184,22 @@ mod tests {
     }
 
     #[test]
-    fn an_eccentric_push_follows_the_limit_surface() {
-        // Sticking finger, closed form: f = A^-1 d with A = I + J J'/c^2, J = (-r_y, r_x).
+    fn an_eccentric_push_balances_what_the_patch_resists() {
+        // A sticking finger: the touched point goes with it, and its force and moment are those of the patch as it slides.
         let (c, r) = (0.03, Vector2::new(-0.05, 0.02));
         let (feet, contact) = body(2.5, c, r, Vector2::x(), 10.0);
         let solved = solve_contact(&feet, &contact).expect("contact");
-        let j = Vector2::new(-r.y, r.x);
-        let a = nalgebra::Matrix2::identity() + j * j.transpose() / (c * c);
-        let f = a.try_inverse().expect("regular") * Vector2::x();
-        let moment = j.dot(&f);
-        let scale = 2.5 / (f.norm_squared() + (moment / c).powi(2)).sqrt();
-        assert!(
-            (solved.force - f * scale).norm() < 1e-4,
-            "{} against {}",
-            solved.force,
-            f * scale
+        let (v, spin) = (solved.velocity.fixed_rows::<2>(0).into_owned(), solved.velocity[2]);
+        let point = v + spin * Vector2::new(-r.y, r.x);
+        assert!((point.x - 0.02).hypot(point.y) < 1e-7, "{point}");
+        let speed = v.norm().hypot(c * spin);
+        let between = Between::at((c * spin / speed).powi(2), SHORTFALL.0);
+        let (force, moment) = (
+            2.5 * between.force / speed * v,
+            2.5 * between.moment * c * c * spin / speed,
         );
+        assert!((solved.force - force).norm() < 1e-5, "{} against {force}", solved.force);
+        assert!((r.perp(&solved.force) - moment).abs() < 1e-6);
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! Free sliding on a level support: what a body does once the tool has left it.
 //!
 //! Friction is that of the ellipsoidal limit surface, `f = -mu m g (v, c² ω) / sqrt(v² + c² ω²)` at the centre of
-//! mass (Howe and Cutkosky 1996), now against inertia: `v' = f/m`, `ω' = tau/(m rho²)`. Mass cancels: the way of a
+//! mass (Howe and Cutkosky 1996) less what a patch falls short of it while it turns, now against inertia: `v' = f/m`, `ω' = tau/(m rho²)`. Mass cancels: the way of a
 //! coasting body tells `mu` without any force sensor (`s = v²/(2 mu g)`).
 
 use nalgebra::Vector2;
 
-use super::Simulator;
+use super::{Between, SHORTFALL, Simulator};
 
 /// Motion in the plane of the support at the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,9 +41,14 @@ impl Slider {
     }
 
     fn rates(&self, velocity: &Vector2<f64>, spin: f64) -> Rates {
-        let share = self.deceleration / self.speed(velocity, spin).max(1e-12);
+        let speed = self.speed(velocity, spin).max(1e-12);
+        let between = Between::at((self.torsional_radius * spin / speed).powi(2), SHORTFALL.0);
+        let share = self.deceleration / speed;
         let turning = (self.torsional_radius / self.gyration_radius).powi(2);
-        (-share * velocity, -share * turning * spin)
+        (
+            -share * between.force * velocity,
+            -share * between.moment * turning * spin,
+        )
     }
 
     /// Heun's step; the last one ends where the speed would pass through zero.
@@ -127,10 +132,14 @@ mod tests {
 
     #[test]
     fn friction_takes_what_motion_loses() {
-        // d/dt (v²/2 + rho² ω²/2) = -mu g s with s the generalised speed: integrate s along the way.
+        // d/dt (v²/2 + rho² ω²/2) = -mu g s with s the work over the friction force: integrate s along the way.
         let times: Vec<f64> = (0..4000).map(|i| f64::from(i) * 1e-4).collect();
         let path = SLIDER.simulate(&start(0.4, 6.0), &(), 0.0, &times);
-        let way: f64 = path.iter().map(|m| 1e-4 * SLIDER.speed(&m.velocity, m.spin)).sum();
+        let work = |m: &PlaneMotion| {
+            let speed = SLIDER.speed(&m.velocity, m.spin).max(1e-12);
+            speed * Between::at((0.03 * m.spin / speed).powi(2), SHORTFALL.0).work
+        };
+        let way: f64 = path.iter().map(|m| 1e-4 * work(m)).sum();
         let energy = 0.5 * (0.4f64.powi(2) + (0.035f64 * 6.0).powi(2));
         assert!((way * 3.0 / energy - 1.0).abs() < 3e-3, "{way}");
     }

@@ -12,7 +12,7 @@ use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::math::bayesian_linear;
 
 /// How much more the law is doubted where the path between a first and a last pose is guessed.
-const BRIDGED: f64 = 4.2;
+const BRIDGED: f64 = 5.0;
 /// Share of the jerking of a force that is doubted of its mean.
 const JERKING: f64 = 0.25;
 
@@ -69,7 +69,7 @@ pub(super) fn sliding_from(
     // Jerking hides part of the friction in a way that the median mends only partly.
     let chatter = pushes.iter().map(|p| p.chatter).sum::<f64>() / pushes.len() as f64;
     let common = surface
-        .radius_effect
+        .shape_effect
         .hypot(form * middle)
         .hypot(JERKING * chatter * middle);
     let kinetic = pooled(

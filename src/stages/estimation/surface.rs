@@ -2,12 +2,14 @@
 //!
 //! Law: the support's friction on a sliding body is `P (v, c² ω) / sqrt(v² + c² ω²)` at the friction centre
 //! (the centre of mass), the ellipsoidal limit surface of Lee and Cutkosky (1991), with `P = mu N` and the
-//! torsional radius `c`; N follows the vertical part of the tool's force.
+//! torsional radius `c`, less what a patch of contact falls short of it while it slides and turns ([`Between`]); N follows
+//! the vertical part of the tool's force.
 
 use nalgebra::{DVector, Vector2, Vector3};
 
 use super::push::{Block, Push};
 use crate::math::{Fit, Loss, Settings, correlated_mean, levenberg_marquardt};
+use crate::physics::{Between, SHORTFALL};
 
 /// The limit surface of one link, fitted to all of its pushes.
 #[derive(Clone, Debug)]
@@ -19,8 +21,8 @@ pub(super) struct Surface {
     pub radius: (f64, f64),
     /// Friction force per push, N, referred to the bare weight, with its own standard deviation.
     pub forces: Vec<(f64, f64)>,
-    /// How much the mean of `forces` moves when the radius moves by its standard deviation, N.
-    pub radius_effect: f64,
+    /// How much the mean of `forces` moves when torsional radius and shortfall move by their standard deviations, N.
+    pub shape_effect: f64,
 }
 
 /// What is assumed of a link before its pushes are fitted.
@@ -38,6 +40,33 @@ pub(super) struct SurfacePrior {
     pub mass: f64,
 }
 
+/// What all pushes of a link share: centre of friction (link frame, m), torsional radius (m), shortfall of the ellipsoid.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    centre: Vector3<f64>,
+    radius: f64,
+    shortfall: f64,
+}
+
+impl Shape {
+    fn assumed(prior: &SurfacePrior) -> Self {
+        Self {
+            centre: prior.centre,
+            radius: prior.radius,
+            shortfall: SHORTFALL.0,
+        }
+    }
+
+    /// Of the unknowns of [`fit_shape`].
+    fn of(x: &DVector<f64>) -> Self {
+        Self {
+            centre: Vector3::new(x[1], x[2], x[3]),
+            radius: x[4].exp(),
+            shortfall: SHORTFALL.0,
+        }
+    }
+}
+
 /// Motion at the centre of friction while the tool pushes.
 struct AtCentre {
     /// From the link's origin to the centre of friction, plane axes, m.
@@ -46,13 +75,20 @@ struct AtCentre {
     velocity: Vector2<f64>,
     /// The generalised speed of the limit surface, m/s.
     speed: f64,
+    /// What the patch resists of what the ellipsoid says.
+    between: Between,
     /// Share by which the tool changes the load.
     load: f64,
 }
 
 /// A force above the support tips the load ahead: friction, which balances it, acts at the support, and the pressure
 /// moves by their couple over the load. `centre` is where friction acts without it, below the centre of mass.
-fn at_centre(block: &Block, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> AtCentre {
+fn at_centre(block: &Block, shape: &Shape, prior: &SurfacePrior) -> AtCentre {
+    let Shape {
+        centre,
+        radius,
+        shortfall,
+    } = *shape;
     let load = (1.0 - block.lift / prior.weight).clamp(0.3, 10.0);
     let ahead = block.force * (block.height / (load * prior.weight));
     // Beyond the radius the thing would topple: what is pushed on the table stays within.
@@ -63,21 +99,23 @@ fn at_centre(block: &Block, centre: &Vector3<f64>, radius: f64, prior: &SurfaceP
         arm,
         velocity,
         speed: speed.max(1e-9),
+        between: Between::at((radius * block.spin / speed.max(1e-9)).powi(2), shortfall),
         load,
     }
 }
 
 /// Friction force of one push by its power balance at a given centre and radius: work of the tool less the
 /// change of kinetic energy, over the generalised path.
-fn force_by_power(push: &Push, centre: &Vector3<f64>, radius: f64, prior: &SurfacePrior) -> Option<(f64, f64)> {
+fn force_by_power(push: &Push, shape: &Shape, prior: &SurfacePrior) -> Option<(f64, f64)> {
     let (mut ratios, mut work, mut path) = (Vec::new(), 0.0, 0.0);
     for block in &push.blocks {
         let AtCentre {
             arm,
             velocity: v,
             speed,
+            between,
             load,
-        } = at_centre(block, centre, radius, prior);
+        } = at_centre(block, shape, prior);
         if speed < 4.0 * block.velocity_sd || speed < 5e-4 {
             continue;
         }
@@ -87,9 +125,9 @@ fn force_by_power(push: &Push, centre: &Vector3<f64>, radius: f64, prior: &Surfa
         let honest = (speed * speed - block.velocity_sd.powi(2))
             .max(0.25 * speed * speed)
             .sqrt();
-        ratios.push(power / (load * honest));
+        ratios.push(power / (load * honest * between.work));
         work += power;
-        path += load * honest;
+        path += load * honest * between.work;
     }
     let scatter = correlated_mean(&ratios)?;
     let own = if ratios.len() < 4 {
@@ -105,13 +143,13 @@ pub(super) fn fit_surface(pushes: &[Push], prior: &SurfacePrior) -> Option<Surfa
     let guess = crate::math::median(
         &pushes
             .iter()
-            .filter_map(|p| force_by_power(p, &prior.centre, prior.radius, prior))
+            .filter_map(|p| force_by_power(p, &Shape::assumed(prior), prior))
             .map(|f| f.0)
             .collect::<Vec<_>>(),
     )?;
     let fit = fit_shape(pushes, prior, guess)?;
-    let centre = Vector3::new(fit.x[1], fit.x[2], fit.x[3]);
-    let radius = fit.x[4].exp();
+    let shape = Shape::of(&fit.x);
+    let Shape { centre, radius, .. } = shape;
     let blocks: usize = pushes.iter().map(|p| p.blocks.len()).sum();
     // Blocks of one push share its errors: count pushes, not blocks. Where pushes are enough, what each of them moves
     // says it better.
@@ -128,21 +166,31 @@ pub(super) fn fit_surface(pushes: &[Push], prior: &SurfacePrior) -> Option<Surfa
     let radius_log_sd = sd(4, prior.radius_log_sd).hypot(0.02);
     let forces: Vec<(f64, f64)> = pushes
         .iter()
-        .map(|p| force_by_power(p, &centre, radius, prior).unwrap_or((f64::NAN, f64::NAN)))
+        .map(|p| force_by_power(p, &shape, prior).unwrap_or((f64::NAN, f64::NAN)))
         .collect();
-    let mean_at = |radius: f64| {
+    let mean_at = |shape: Shape| {
         let f: Vec<f64> = pushes
             .iter()
-            .filter_map(|p| force_by_power(p, &centre, radius, prior))
+            .filter_map(|p| force_by_power(p, &shape, prior))
             .map(|f| f.0)
             .collect();
         f.iter().sum::<f64>() / f.len().max(1) as f64
     };
+    let radius_at = |sign: f64| Shape {
+        radius: radius * (sign * radius_log_sd).exp(),
+        ..shape
+    };
+    let shortfall_at = |sign: f64| Shape {
+        shortfall: shape.shortfall + sign * SHORTFALL.1,
+        ..shape
+    };
+    let by_radius = 0.5 * (mean_at(radius_at(1.0)) - mean_at(radius_at(-1.0)));
+    let by_shortfall = 0.5 * (mean_at(shortfall_at(1.0)) - mean_at(shortfall_at(-1.0)));
     Some(Surface {
         centre: [centre.x, centre.y, centre.z],
         centre_sd: [0, 1, 2].map(|k| sd(k + 1, prior.centre_sd[k]).hypot(2e-4)),
         radius: (radius, radius * radius_log_sd),
-        radius_effect: 0.5 * (mean_at(radius * radius_log_sd.exp()) - mean_at(radius * (-radius_log_sd).exp())).abs(),
+        shape_effect: by_radius.hypot(by_shortfall),
         forces,
     })
 }
@@ -151,12 +199,12 @@ pub(super) fn fit_surface(pushes: &[Push], prior: &SurfacePrior) -> Option<Surfa
 const ENOUGH: usize = 3;
 
 /// Standard deviations of the unknowns of [`fit_shape`] by leaving out one push at a time; none where they are few.
-fn jackknife(pushes: &[Push], prior: &SurfacePrior, guess: f64, whole: &Fit) -> Option<[f64; 5]> {
+fn jackknife(pushes: &[Push], prior: &SurfacePrior, guess: f64, whole: &Fit) -> Option<[f64; UNKNOWNS]> {
     if pushes.len() < ENOUGH {
         return None;
     }
     let n = pushes.len() as f64;
-    let mut sums = [0.0; 5];
+    let mut sums = [0.0; UNKNOWNS];
     for out in 0..pushes.len() {
         let rest: Vec<Push> = (0..pushes.len())
             .filter(|i| *i != out)
@@ -170,10 +218,13 @@ fn jackknife(pushes: &[Push], prior: &SurfacePrior, guess: f64, whole: &Fit) -> 
     Some(sums.map(|s| ((n - 1.0) / n * s).sqrt()))
 }
 
-/// Joint least squares over all blocks: log force, friction centre, log radius.
+/// Log force, friction centre, log radius.
+const UNKNOWNS: usize = 5;
+
+/// Joint least squares over all blocks.
 fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
     let residuals = |x: &DVector<f64>| {
-        let (force, centre, radius) = (x[0].exp(), Vector3::new(x[1], x[2], x[3]), x[4].exp());
+        let (force, shape) = (x[0].exp(), Shape::of(x));
         let mut out = Vec::new();
         for push in pushes {
             // A bridged path is right only on the average.
@@ -183,12 +234,13 @@ fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
                     arm,
                     velocity: v,
                     speed,
+                    between,
                     load,
-                } = at_centre(block, &centre, radius, prior);
+                } = at_centre(block, &shape, prior);
                 let direction_sd = trust + block.velocity_sd / speed;
                 let moment = block.moment - (arm.x * block.force.y - arm.y * block.force.x);
-                let predicted = force * load / speed * v + prior.mass * block.acceleration;
-                let turning = force * load * radius * radius * block.spin / speed;
+                let predicted = force * load * between.force / speed * v + prior.mass * block.acceleration;
+                let turning = force * load * between.moment * shape.radius.powi(2) * block.spin / speed;
                 let difference = (block.force - predicted) / (direction_sd * guess);
                 out.extend([
                     difference.x,

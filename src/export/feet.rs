@@ -1,10 +1,9 @@
 //! Feet: where the friction of a thing on the table acts, so that it resists turning as it was measured to.
 //!
 //! An engine lets a flat face rest on its outermost corners, and a thing that rests there resists turning far more than one
-//! whose weight is spread out. What pushes tell is the torsional radius c of an ellipsoidal limit surface (Howe & Cutkosky
-//! 1996). A ring of equal loads of radius r has the same largest torque where r = c; while it slides and hardly turns its
-//! torque is `mu W r² omega / (2 v)` beside the ellipsoid's `mu W c² omega / v`, the same where r = √2 c. The ring is between
-//! the two, at 2^(1/4) c: at 0.70 of its radius for an evenly loaded disc, which it then matches within 5 % in both.
+//! whose weight is spread out. What pushes tell is the torsional radius c of a patch (as `physics::Between` has it). A ring of equal
+//! loads of radius r has the same largest torque where r = c; while it slides and hardly turns its torque is
+//! `mu W r² omega / (2 v)` beside the patch's `0.44 mu W c² omega / v`, the same where r = 0.94 c. The ring is between the two.
 //!
 //! The ring stands out from the face by less than anybody could measure, so that a thing that tips still tips about its
 //! own edge. Where the ring would reach that edge there is none: the corners do as well.
@@ -16,8 +15,8 @@ use crate::twin::Model;
 
 /// How many feet: fewer have a limit surface that depends on how they stand to the motion.
 const FEET: usize = 8;
-/// Radius of the ring over the torsional radius: 2^(1/4).
-const RING: f64 = 1.189_207_115_002_721;
+/// Radius of the ring over the torsional radius.
+const RING: f64 = 0.97;
 /// Directions in which the least rectangle is looked for.
 const TURNS: usize = 90;
 /// Share of the mean distance of the face's edge beyond which a ring says no more than the corners.

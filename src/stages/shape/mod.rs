@@ -2,14 +2,18 @@
 
 mod anchor;
 mod bake;
+mod borders;
 mod camera_noise;
+mod colours;
 mod complete;
 mod config;
 mod discover;
 mod fields;
+mod flat;
 mod free;
 mod furnish;
 mod fusion;
+mod given;
 mod instances;
 mod lens;
 mod look;

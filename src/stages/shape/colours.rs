@@ -7,30 +7,24 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Point3, Vector3};
 
 use super::discover::Thing;
-use super::split::{Cells, LEAST_SHARE, patches, tint};
+use super::seams::{LEAST_AREA, described, large_patches, of_vertices};
+use super::split::Cells;
 use crate::base::Notices;
 use crate::geometry::{Mesh, UnionFind, number_sets, submesh};
 
 /// Tints farther apart than this are different colours, in units of 8 bits of chromaticity.
 const UNLIKE: f64 = 25.0;
-/// Opening of the surface from one cell to the next beyond which it folds inwards.
-const INWARDS: f64 = -0.2;
-/// Share of a border that folds inwards, where two things meet.
+/// Opening of the surface, the difference of the normals along the way, beyond which it folds inwards.
+const INWARDS: f64 = -0.25;
+/// Share of a border that folds inwards, where two things meet, and where they may.
 const LEAST_FOLDED: f64 = 0.3;
+const PERHAPS_FOLDED: f64 = 0.1;
+/// Band on either side of a border over which its fold is taken, voxels.
+const BAND: f64 = 5.0;
 /// A thing stands where it reaches this near to the height at which the support begins, voxels: nobody sees a ball's foot.
 const STANDS: f64 = 6.0;
 /// Vertices that reach so far down at least.
 const FOOT: usize = 8;
-/// Least seen area of a thing, m².
-const LEAST_AREA: f64 = 6e-4;
-
-/// A patch of one colour without an inward fold.
-struct Patch {
-    tint: Vector3<f64>,
-    low: f64,
-    foot: usize,
-    middle: Point3<f64>,
-}
 
 /// Every thing that at most one name belongs to, cut where that is clear.
 pub fn part_by_colour(things: Vec<Thing>, (voxel, floor): (f64, f64), notices: &mut Notices) -> Vec<Thing> {
@@ -95,31 +89,26 @@ fn is_home(part: &Mesh, named: &[(String, Point3<f64>)]) -> bool {
 /// The group of every vertex, their number, and whether any holds colours across an inward fold.
 fn groups(surface: &Mesh, voxel: f64, floor: f64) -> (Vec<u32>, usize, bool) {
     let cells = Cells::new(surface, 2.0 * voxel);
-    let (patch, count) = patches(&cells, surface, LEAST_SHARE[1]);
-    let all = described(surface, &patch, count, floor + STANDS * voxel);
-    let unlike = |a: usize, b: usize| (all[a].tint - all[b].tint).norm() > UNLIKE;
-    let folds = folds(&cells, surface, &patch);
+    let borders = cells.borders(surface);
+    let (patch, count) = large_patches(surface, &cells, &borders);
+    let all = described(surface, &of_vertices(&cells, &patch), count, floor + STANDS * voxel);
+    let folds = folds(&cells, &borders, &patch, BAND * voxel);
     let mut sets = UnionFind::new(count);
-    // What is of one colour, or meets without a fold, is one; so is what is of one colour anywhere in the lump.
+    let mut doubtful = false;
+    // What is of one colour anywhere in the lump, or meets without a fold, is one.
     for a in 0..count {
         for b in a + 1..count {
             let fold = folds.get(&(a, b));
-            let flat = fold.is_some_and(|f| *f < LEAST_FOLDED);
-            if flat || !unlike(a, b) {
+            let alike = (all[a].tint - all[b].tint).norm() < UNLIKE;
+            if alike || fold.is_some_and(|f| *f < LEAST_FOLDED) {
                 sets.union(a as u32, b as u32);
+                doubtful |= !alike && fold.is_some_and(|f| *f > PERHAPS_FOLDED);
             }
         }
     }
     let (clear, parts) = number_sets(&mut sets, count);
-    let stands = |g: u32| {
-        let own = (0..count).filter(|k| clear[*k] == g);
-        own.filter(|k| all[*k].low < floor + STANDS * voxel)
-            .map(|k| all[k].foot)
-            .sum::<usize>()
-            >= FOOT
-    };
-    let hanging: BTreeSet<u32> = (0..parts as u32).filter(|g| !stands(*g)).collect();
-    let mut doubtful = false;
+    let foot = |g: u32| -> usize { (0..count).filter(|k| clear[*k] == g).map(|k| all[k].foot).sum() };
+    let hanging: BTreeSet<u32> = (0..parts as u32).filter(|g| foot(*g) < FOOT).collect();
     for (a, b) in folds.keys() {
         if clear[*a] != clear[*b] && (hanging.contains(&clear[*a]) || hanging.contains(&clear[*b])) {
             sets.union(*a as u32, *b as u32);
@@ -127,62 +116,41 @@ fn groups(surface: &Mesh, voxel: f64, floor: f64) -> (Vec<u32>, usize, bool) {
         }
     }
     // What hangs and touches nothing belongs to what is nearest.
-    for g in &hanging {
-        let own = |k: &usize| clear[*k] == *g;
-        let near = |k: usize| {
-            let to = (0..count).filter(own).map(move |j| (j, k));
-            to.map(|(j, k)| (all[j].middle - all[k].middle).norm())
-                .fold(f64::INFINITY, f64::min)
-        };
-        let touches = folds.keys().any(|(a, b)| (clear[*a] == *g) != (clear[*b] == *g));
-        let others = (0..count).filter(|k| clear[*k] != *g);
-        if let Some(host) = others.filter(|_| !touches).min_by(|a, b| near(*a).total_cmp(&near(*b)))
-            && let Some(first) = (0..count).find(own)
-        {
-            sets.union(first as u32, host as u32);
+    for k in (0..count).filter(|k| hanging.contains(&clear[*k])) {
+        let touches = folds.keys().any(|(a, b)| *a == k || *b == k);
+        let far = |j: &usize| (all[*j].middle - all[k].middle).norm();
+        let others = (0..count).filter(|j| clear[*j] != clear[k] && !touches);
+        if let Some(host) = others.min_by(|a, b| far(a).total_cmp(&far(b))) {
+            sets.union(k as u32, host as u32);
         }
     }
     let (group, number) = number_sets(&mut sets, count);
-    (patch.iter().map(|k| group[*k as usize]).collect(), number, doubtful)
+    let of_vertex = cells.of_vertex.iter().map(|c| group[patch[*c as usize]]);
+    (of_vertex.collect(), number, doubtful)
 }
 
-fn described(surface: &Mesh, patch: &[u32], count: usize, foot: f64) -> Vec<Patch> {
-    let mut sums = vec![(0.0, Vector3::zeros(), Vector3::zeros(), f64::INFINITY, 0_usize); count];
-    for (v, p) in surface.vertices.iter().enumerate() {
-        let sum = &mut sums[patch[v] as usize];
-        sum.0 += 1.0;
-        sum.1 += tint(surface.colors.get(v));
-        sum.2 += p.coords;
-        sum.3 = sum.3.min(p.z);
-        sum.4 += usize::from(p.z < foot);
-    }
-    let of = |s: &(f64, Vector3<f64>, Vector3<f64>, f64, usize)| Patch {
-        tint: s.1 / f64::max(s.0, 1.0),
-        middle: Point3::from(s.2 / f64::max(s.0, 1.0)),
-        low: s.3,
-        foot: s.4,
+/// The share of the border of every two patches that meet along which the surface folds inwards, from the cells of either
+/// within a `band` of it: the fused surface rounds a crease off.
+fn folds(cells: &Cells, borders: &[(f64, u32, u32)], patch: &[usize], band: f64) -> BTreeMap<(usize, usize), f64> {
+    let side = |at: &Point3<f64>, own: usize| {
+        let near = (0..patch.len()).filter(|c| patch[*c] == own && (cells.middle[*c] - at).norm() < band);
+        let (sum, place, n) = near.fold((Vector3::zeros(), Vector3::zeros(), 0.0), |s, c| {
+            (s.0 + cells.normal[c], s.1 + cells.middle[c].coords, s.2 + 1.0)
+        });
+        (sum / f64::max(n, 1.0), place / f64::max(n, 1.0))
     };
-    sums.iter().map(of).collect()
-}
-
-/// The share of the border of every two patches that meet along which the surface folds inwards.
-fn folds(cells: &Cells, surface: &Mesh, patch: &[u32]) -> BTreeMap<(usize, usize), f64> {
-    let mut of_cell: BTreeMap<u32, usize> = BTreeMap::new();
-    for (v, c) in cells.of_vertex.iter().enumerate() {
-        of_cell.insert(*c, patch[v] as usize);
-    }
-    let mut sums: BTreeMap<(usize, usize), (f64, usize)> = BTreeMap::new();
-    for (_, a, b) in cells.borders(surface) {
-        let (x, y) = (of_cell[&a], of_cell[&b]);
+    let mut sums: BTreeMap<(usize, usize), (f64, f64)> = BTreeMap::new();
+    for (_, a, b) in borders {
+        let (x, y) = (patch[*a as usize], patch[*b as usize]);
         if x != y {
-            let sum = sums.entry((x.min(y), x.max(y))).or_insert((0.0, 0));
-            sum.0 += f64::from(u8::from(cells.opening(a, b) < INWARDS));
-            sum.1 += 1;
+            let at = nalgebra::center(&cells.middle[*a as usize], &cells.middle[*b as usize]);
+            let ((n, p), (m, q)) = (side(&at, x), side(&at, y));
+            let opening = (m - n).dot(&(q - p)) / (q - p).norm().max(1e-9);
+            let sum = sums.entry((x.min(y), x.max(y))).or_insert((0.0, 0.0));
+            *sum = (sum.0 + f64::from(u8::from(opening < INWARDS)), sum.1 + 1.0);
         }
     }
-    sums.into_iter()
-        .map(|(pair, (sum, n))| (pair, sum / n as f64))
-        .collect()
+    sums.into_iter().map(|(pair, (sum, n))| (pair, sum / n)).collect()
 }
 
 #[cfg(test)]

@@ -47,7 +47,10 @@ pub fn complete(
     find: &FindSymmetry,
     notices: &mut Notices,
 ) -> Result<()> {
-    by_symmetry(volume, context, truncation, find, notices)?;
+    // Where a neighbour was cut off from it, what is hidden is hidden by that: nothing seen may be turned into there.
+    if context.parts.planes.is_empty() {
+        by_symmetry(volume, context, truncation, find, notices)?;
+    }
     if context.ground.plane.is_some() {
         continue_walls(volume, context, notices);
     }

@@ -20,6 +20,7 @@ mod look;
 mod principal;
 mod range;
 mod reconstruct;
+mod seams;
 mod seat;
 mod solid;
 mod split;

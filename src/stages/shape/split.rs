@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
 use super::discover::Thing;
+use super::seams::{large_patches, of_vertices};
 use crate::base::Notices;
 use crate::geometry::{Mesh, Plane, UnionFind, number_sets, unique_edges, vertex_normals};
 
@@ -86,13 +87,26 @@ fn parting_planes(surface: &Mesh, labels: &[u32], count: u32) -> Vec<(u32, u32, 
 /// Patches given to frames one to one at the least total distance to the patches' middles, the remaining ones
 /// to the body whose patch is nearest in place and colour; nothing where there are fewer patches than frames.
 fn labels_of_patches(surface: &Mesh, named: &[(String, Point3<f64>)], cell: f64) -> Option<Vec<u32>> {
-    let mut tried = LEAST_SHARE.iter();
-    tried.find_map(|share| labels_of_large(surface, named, cell, *share))
+    let cells = Cells::new(surface, cell);
+    let by_share = |share: f64| {
+        let (patch, count) = patches(&cells, surface, share);
+        labels_of_large(surface, named, (&patch, count), share)
+    };
+    let without_seams = || {
+        let (patch, count) = large_patches(surface, &cells, &cells.borders(surface));
+        let patch: Vec<u32> = of_vertices(&cells, &patch).into_iter().map(|k| k as u32).collect();
+        labels_of_large(surface, named, (&patch, count), 0.0)
+    };
+    let [large, small] = LEAST_SHARE;
+    by_share(large).or_else(without_seams).or_else(|| by_share(small))
 }
 
-fn labels_of_large(surface: &Mesh, named: &[(String, Point3<f64>)], cell: f64, least_share: f64) -> Option<Vec<u32>> {
-    let cells = Cells::new(surface, cell);
-    let (patch, count) = patches(&cells, surface, least_share);
+fn labels_of_large(
+    surface: &Mesh,
+    named: &[(String, Point3<f64>)],
+    (patch, count): (&[u32], usize),
+    least_share: f64,
+) -> Option<Vec<u32>> {
     let mut size = vec![0_usize; count];
     let mut tints = vec![Vector3::<f64>::zeros(); count];
     let mut bounds = vec![(Point3::from([f64::MAX; 3]), Point3::from([f64::MIN; 3])); count];
@@ -161,8 +175,8 @@ fn cheapest_assignment(cost: &[Vec<f64>]) -> Vec<usize> {
 /// Cells of the surface that lie together and face the same way, with their means.
 pub struct Cells {
     pub of_vertex: Vec<u32>,
-    middle: Vec<Point3<f64>>,
-    normal: Vec<Vector3<f64>>,
+    pub middle: Vec<Point3<f64>>,
+    pub normal: Vec<Vector3<f64>>,
     tint: Vec<Vector3<f64>>,
 }
 
@@ -202,17 +216,12 @@ impl Cells {
         }
     }
 
-    /// How far the surface folds outwards from one cell to the next, per unit of way; inwards where it is negative.
-    pub fn opening(&self, a: u32, b: u32) -> f64 {
-        let (i, j) = (a as usize, b as usize);
-        let along = self.middle[j] - self.middle[i];
-        (self.normal[j] - self.normal[i]).dot(&along) / along.norm().max(1e-9)
-    }
-
     /// Colour difference, and how far the surface folds inwards from one cell to the next.
     fn dissimilarity(&self, a: u32, b: u32) -> f64 {
         let (i, j) = (a as usize, b as usize);
-        (self.tint[i] - self.tint[j]).norm() + FOLD_WEIGHT * (-self.opening(a, b) - 0.15).max(0.0)
+        let along = self.middle[j] - self.middle[i];
+        let opening = (self.normal[j] - self.normal[i]).dot(&along) / along.norm().max(1e-9);
+        (self.tint[i] - self.tint[j]).norm() + FOLD_WEIGHT * (-opening - 0.15).max(0.0)
     }
 
     /// Pairs of cells that some mesh edge joins, with their dissimilarity, the most similar first.

@@ -57,14 +57,12 @@ pub(super) fn touch_all(
                 if !said.restores {
                     moved(&interaction, &mut now);
                 }
-                let nameless = |shapes: &Shapes| followed_of(&interaction, shapes).is_none();
-                let unheard = nameless(&shapes);
                 capture.interactions.push(interaction.clone());
-                if unheard {
-                    // The track's frame tells which thing has its name.
+                // The track's frame tells which thing has its name.
+                if followed_of(&interaction, &shapes).is_none() {
                     shapes = named_by_tracks(capture, options)?;
                 }
-                if nameless(&shapes) {
+                if followed_of(&interaction, &shapes).is_none() {
                     step.refused = Some(unnamed(&interaction, &shapes));
                     planner.refuse(&choice);
                     refusals += 1;

@@ -77,3 +77,55 @@ pub fn name_the_only_one(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::{BodyPrior, Noise};
+    use crate::geometry::Mesh;
+
+    fn named(bodies: &[&str], things: usize) -> (Vec<String>, usize) {
+        let prior = |name: &&str| BodyPrior {
+            name: (*name).into(),
+            mesh: None,
+            mass: None,
+            mass_sd: None,
+            material: None,
+            world_from_body: None,
+        };
+        let capture = Capture {
+            root: Default::default(),
+            name: "named".into(),
+            gravity: nalgebra::Vector3::new(0.0, 0.0, -9.8),
+            support: None,
+            cameras: Vec::new(),
+            views: Vec::new(),
+            bodies: bodies.iter().map(prior).collect(),
+            noise: Noise::default(),
+            interactions: Vec::new(),
+            truth: None,
+            digest: String::new(),
+        };
+        let thing = |k: usize| ShapedObject {
+            name: format!("object-{k}"),
+            world_from_link: Pose::identity(),
+            mesh: Mesh::default(),
+            seen: 1.0,
+            collision: Vec::new(),
+            superquadric: None,
+            texture: None,
+        };
+        let mut objects: Vec<ShapedObject> = (0..things).map(thing).collect();
+        let mut notices = Notices::default();
+        name_the_only_one(&mut objects, &capture, &BTreeMap::new(), &mut notices);
+        (objects.into_iter().map(|o| o.name).collect(), notices.0.len())
+    }
+
+    #[test]
+    fn one_name_and_one_thing_belong_together_and_several_are_told() {
+        assert_eq!(named(&["cup"], 1), (vec!["cup".to_owned()], 0));
+        assert_eq!(named(&["cup"], 2).1, 1);
+        assert_eq!(named(&["cup", "can"], 2).1, 2);
+        assert_eq!(named(&[], 1), (vec!["object-0".to_owned()], 0));
+    }
+}

@@ -7,7 +7,7 @@ use nalgebra::Point3;
 
 use super::discover::Thing;
 use super::split::{Split, split};
-use super::volume::FOREIGN;
+use super::volume::NEIGHBOUR;
 use crate::base::Notices;
 use crate::geometry::{Mesh, Plane};
 
@@ -20,21 +20,21 @@ const FEWEST: usize = 10;
 pub fn split_among(things: &[Thing], which: usize, voxel: f64, notices: &mut Notices) -> Split {
     let mut parts = split(&things[which], voxel, notices);
     if things[which].named.len() < 2 {
-        parts.planes = border_planes(things, which, voxel);
+        (parts.touching, parts.planes) = border_planes(things, which, voxel).into_iter().unzip();
     }
     parts
 }
 
 /// Planes between `which`, below them, and the things that touch it, above.
-fn border_planes(things: &[Thing], which: usize, voxel: f64) -> Vec<(u32, u32, Plane)> {
+fn border_planes(things: &[Thing], which: usize, voxel: f64) -> Vec<(usize, (u32, u32, Plane))> {
     let own = &things[which].surface;
     let cells: BTreeSet<[i32; 3]> = own.vertices.iter().map(|p| cell(p, voxel)).collect();
     let others = things.iter().enumerate().filter(|(j, _)| *j != which);
     let touching = others.filter(|(_, t)| touches(&cells, &t.surface, voxel));
     touching
-        .filter_map(|(_, t)| Plane::separating(&own.vertices, &t.surface.vertices))
-        .filter(|(_, wrong)| *wrong < PLANE_ERROR)
-        .map(|(plane, _)| (0, FOREIGN, plane))
+        .filter_map(|(j, t)| Some((j, Plane::separating(&own.vertices, &t.surface.vertices)?)))
+        .filter(|(_, (_, wrong))| *wrong < PLANE_ERROR)
+        .map(|(j, (plane, _))| (j, (0, NEIGHBOUR, plane)))
         .collect()
 }
 

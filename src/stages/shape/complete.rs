@@ -8,7 +8,7 @@ use super::solid::Part;
 use super::split::Split;
 use super::support::Ground;
 use super::vessel::continue_walls;
-use super::volume::{FOREIGN, Volume};
+use super::volume::{FOREIGN, NEIGHBOUR, Volume};
 use crate::base::{Notices, Pose, Result};
 use crate::geometry::Mesh;
 use crate::twin::{SupportPlane, Symmetry};
@@ -124,7 +124,15 @@ fn hidden(mesh: &Mesh) -> f64 {
 
 /// Gives the inside of the volume to the bodies of one thing, to its neighbours and to the room.
 pub fn claim(volume: &mut Volume, things: &[Thing], room: &Mesh, which: usize, parts: &Split) {
-    let foreign: Vec<Vec<u32>> = things.iter().map(|t| vec![FOREIGN; t.surface.vertices.len()]).collect();
+    let of = |j: usize| {
+        if parts.touching.contains(&j) {
+            NEIGHBOUR
+        } else {
+            FOREIGN
+        }
+    };
+    let label = |(j, t): (usize, &Thing)| vec![of(j); t.surface.vertices.len()];
+    let foreign: Vec<Vec<u32>> = things.iter().enumerate().map(label).collect();
     let walls = vec![FOREIGN; room.vertices.len()];
     let mut surfaces: Vec<(&Mesh, &[u32])> = things
         .iter()

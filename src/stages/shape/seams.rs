@@ -82,10 +82,10 @@ pub fn described(surface: &Mesh, patch: &[usize], count: usize, foot: f64) -> Ve
         (0..3).for_each(|k| tints[patch[v]][k].push(color[k]));
         *sum = (sum.0 + 1.0, sum.1 + p.coords, sum.2 + usize::from(p.z < foot));
     }
-    let of = |(s, t): (&(f64, Vector3<f64>, usize), &[Vec<f64>; 3])| Patch {
-        tint: Vector3::from_fn(|k, _| median(&t[k]).unwrap_or_default()),
-        middle: Point3::from(s.1 / f64::max(s.0, 1.0)),
-        foot: s.2,
+    let of = |k: usize| Patch {
+        tint: Vector3::from_fn(|c, _| median(&tints[k][c]).unwrap_or_default()),
+        middle: Point3::from(sums[k].1 / f64::max(sums[k].0, 1.0)),
+        foot: sums[k].2,
     };
-    sums.iter().zip(&tints).map(of).collect()
+    (0..count).map(of).collect()
 }

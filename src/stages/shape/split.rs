@@ -31,6 +31,8 @@ pub struct Split {
     pub labels: Vec<u32>,
     /// `(a, b, plane)`: body `a` is below the plane, body `b` above.
     pub planes: Vec<(u32, u32, Plane)>,
+    /// The other things from which such a plane parts it.
+    pub touching: Vec<usize>,
 }
 
 /// Splits a thing that several named frames lie in.
@@ -40,6 +42,7 @@ pub fn split(thing: &Thing, voxel: f64, notices: &mut Notices) -> Split {
         return Split {
             labels: vec![0; thing.surface.vertices.len()],
             planes: Vec::new(),
+            touching: Vec::new(),
         };
     }
     let about = thing
@@ -63,7 +66,11 @@ pub fn split(thing: &Thing, voxel: f64, notices: &mut Notices) -> Split {
         }
     };
     let planes = parting_planes(&thing.surface, &labels, count as u32);
-    Split { labels, planes }
+    Split {
+        labels,
+        planes,
+        touching: Vec::new(),
+    }
 }
 
 fn parting_planes(surface: &Mesh, labels: &[u32], count: u32) -> Vec<(u32, u32, Plane)> {

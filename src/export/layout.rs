@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Translation3, Unit, Vector3};
 
 use super::ExportNote;
 use super::inertial::{DEFAULT_DENSITY, DEFAULT_MASS, DEFAULT_RADIUS, has_volume, inertial_of};
+use super::laid::stop_where_it_lay;
 use super::names::{Names, sanitised};
 use super::scene::{Attachment, Floor, Motion, Part, Scene, Tree, Weld};
 use super::standing::stand;
@@ -15,6 +16,8 @@ use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind, SUPPORT, te
 
 /// Range of a slide whose ends were never reached and whose travel is unknown, m.
 const DEFAULT_TRAVEL: [f64; 2] = [-1.0, 1.0];
+/// How far the floor lies beneath things without a shape that hang on the world, m.
+const BENEATH: f64 = 1.0;
 /// A link of this name, as a root, holds its body to the world.
 const WORLD: &str = "world";
 
@@ -44,7 +47,8 @@ pub(super) fn lay_out(model: &Model) -> Result<Scene> {
         scene.trees.push(tree);
     }
     name_trees(&mut scene.trees);
-    scene.floor = floor_of(model, &mut scene.notes);
+    scene.floor = floor_of(model, &scene.trees, &mut scene.notes);
+    stop_where_it_lay(&mut scene, model);
     tie(&mut scene, model);
     stand(&mut scene, model);
     note_defaults(&mut scene);
@@ -226,6 +230,7 @@ fn motion(joint: &Joint, name: String, turns: bool, axis: Unit<Vector3<f64>>) ->
         turns,
         axis,
         range,
+        lay: false,
         stated_range: range.or(travelled).unwrap_or(DEFAULT_TRAVEL),
         friction: value(&joint.friction),
         damping: value(&joint.damping),
@@ -270,7 +275,7 @@ fn any_perpendicular(axis: &Vector3<f64>) -> Vector3<f64> {
     axis.cross(&other)
 }
 
-fn floor_of(model: &Model, notes: &mut Vec<ExportNote>) -> Option<Floor> {
+fn floor_of(model: &Model, trees: &[Tree], notes: &mut Vec<ExportNote>) -> Option<Floor> {
     if let Some(s) = &model.twin.support {
         let normal = Unit::new_normalize(Vector3::from(s.normal));
         let point = Vector3::from(s.point);
@@ -283,7 +288,18 @@ fn floor_of(model: &Model, notes: &mut Vec<ExportNote>) -> Option<Floor> {
             .flat_map(|m| m.vertices.iter())
             .map(|v| (link.pose.0 * v).coords)
     });
-    let lowest = points.min_by(|a, b| a.dot(&up).total_cmp(&b.dot(&up)))?;
+    let hung = !trees.is_empty() && trees.iter().all(|t| t.anchored);
+    let links = || {
+        model
+            .twin
+            .links()
+            .map(|(_, link)| link.pose.translation.vector - up.scale(BENEATH))
+    };
+    let lower = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&up).total_cmp(&b.dot(&up));
+    // What has no shape and hangs on the world needs no table, only one that is out of its way.
+    let lowest = points
+        .min_by(lower)
+        .or_else(|| links().filter(|_| hung).min_by(lower))?;
     notes.push(ExportNote::new(
         "all",
         SUPPORT,

@@ -13,7 +13,7 @@ use super::engine::{Engine, STEP, inertia_along, no_table};
 use super::film::Film;
 use super::layout::lay_out;
 use super::outcome::{Opened, Outcome, part_outcome};
-use super::scene::{Part, PartId, Scene};
+use super::scene::{Motion, Part, PartId, Scene};
 use crate::base::{Error, Result};
 use crate::twin::{JointKind, Model, read_twin};
 
@@ -296,7 +296,7 @@ impl<'a> Play<'a> {
             ..target
         })?;
         let other_hand = self.hold(parent);
-        let goal = goal(motion.range, motion.turns);
+        let goal = goal(motion);
         let grip = self.grip(target, model, motion.turns && hold.kind != JointKind::Spherical);
         let (mut furthest, mut drive) = (0.0_f64, 0.0_f64);
         for _ in 0..((goal.abs() / speed + 2.0).min(LONGEST) / STEP) as usize {
@@ -359,11 +359,12 @@ fn servo(inertia: f64, lever: f64) -> [f64; 2] {
 }
 
 /// How far to open: nearly to the end that is further away, or by a documented way where no end is known.
-fn goal(range: Option<[f64; 2]>, turns: bool) -> f64 {
-    match range {
+fn goal(motion: &Motion) -> f64 {
+    let documented = if motion.turns { TURNING } else { OPENING };
+    match motion.range {
+        Some([low, _]) if motion.lay => documented * if low < 0.0 { -1.0 } else { 1.0 },
         Some([low, high]) if high >= -low => SHARE * high,
         Some([low, _]) => SHARE * low,
-        None if turns => TURNING,
-        None => OPENING,
+        None => documented,
     }
 }

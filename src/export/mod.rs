@@ -16,6 +16,7 @@ mod film;
 mod glb;
 mod glb_buffer;
 mod inertial;
+mod laid;
 mod layout;
 mod load_glb;
 mod load_mjcf;

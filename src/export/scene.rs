@@ -100,6 +100,8 @@ pub(super) struct Motion {
     pub(super) axis: Unit<Vector3<f64>>,
     /// Measured ends, zero at the first view.
     pub(super) range: Option<[f64; 2]>,
+    /// The end at zero was not felt: there the two lay on each other at the first view. The other end is open.
+    pub(super) lay: bool,
     /// Where a format must have ends: the measured ones, or the travel that was seen, widened.
     pub(super) stated_range: [f64; 2],
     pub(super) friction: f64,

@@ -329,6 +329,7 @@ fn floating(name: &str) -> Vec<Motion> {
             turns: *turns,
             axis: axes[*axis],
             range: None,
+            lay: false,
             stated_range: [-REACH, REACH],
             friction: 0.0,
             damping: 0.0,

@@ -77,6 +77,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
 
     let segmented = interaction::segment(capture, &model, &options.interaction, &mut notices)?;
     let unproven = joined(capture, &segmented, &mut model, options, &mut notices)?;
+    interaction::warn_of_strangers(capture, &model, &mut notices);
     clock.lap("articulation");
 
     let mut seen_before_and_after = None;

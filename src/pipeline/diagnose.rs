@@ -51,6 +51,7 @@ pub fn judge(
     rests(&mut given, &fresh.twin);
     let (sifted, faults) = interaction::sift(&capture);
     let capture = sifted.as_ref().unwrap_or(&capture);
+    interaction::warn_of_strangers(capture, &given, notices);
     let segmented = interaction::segment(capture, &given, &options.interaction, notices)?;
 
     // What the capture tells where shapes and joints are those of the model.

@@ -16,6 +16,8 @@ const BLUR: f64 = 1.5;
 /// Answers for meshes of one capture.
 pub struct Symmetries<'a> {
     free: FreeSpace<'a>,
+    /// Bodies whose mesh the capture brings along: nothing of them is hidden or blurred, wherever they stand.
+    given: Vec<&'a str>,
     options: &'a Options,
 }
 
@@ -24,6 +26,12 @@ impl<'a> Symmetries<'a> {
     pub fn new(capture: &'a Capture, options: &'a Options) -> Self {
         Self {
             free: FreeSpace::new(capture, &options.shape),
+            given: capture
+                .bodies
+                .iter()
+                .filter(|b| b.mesh.is_some())
+                .map(|b| b.name.as_str())
+                .collect(),
             options,
         }
     }
@@ -37,6 +45,9 @@ impl<'a> Symmetries<'a> {
         support: Option<&SupportPlane>,
         notices: &mut Notices,
     ) -> Result<Symmetry> {
+        if self.given.contains(&about) {
+            return detect(about, mesh, &Evidence::default(), &self.options.symmetry, notices);
+        }
         let is_free = |p: &Point3<f64>| self.free.is_free(&(world_from_mesh.0 * p));
         let known = Evidence {
             free: self.free.is_known().then_some(&is_free),

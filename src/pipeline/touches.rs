@@ -28,8 +28,7 @@ pub(super) fn touch_all(
     if said.touches.is_empty() {
         return Ok("the rig cannot touch".into());
     }
-    let mut shapes = shape::reconstruct(capture, &options.shape, &mut Notices::default())?;
-    shapes.scene = None;
+    let mut shapes = named_by_tracks(capture, options)?;
     let mut planner = NextTouch::new(options.next_touch.clone(), &said.touches, said.noise);
     let mut now = BTreeMap::new();
     let mut model = estimate(capture, &shapes, &options.next_touch.estimation)?;
@@ -58,7 +57,16 @@ pub(super) fn touch_all(
                 if !said.restores {
                     moved(&interaction, &mut now);
                 }
-                capture.interactions.push(interaction);
+                capture.interactions.push(interaction.clone());
+                // The track's frame tells which thing has its name.
+                if followed_of(&interaction, &shapes).is_none() {
+                    shapes = named_by_tracks(capture, options)?;
+                }
+                if followed_of(&interaction, &shapes).is_none() {
+                    step.refused = Some(unnamed(&interaction, &shapes));
+                    planner.refuse(&choice);
+                    refusals += 1;
+                }
                 model = estimate(capture, &shapes, &options.next_touch.estimation)?;
                 progress.advance();
             }
@@ -89,6 +97,32 @@ pub(super) fn touch_all(
         steps.push(step);
     }
     Ok(std::iter::once(reason).chain(never).collect::<Vec<_>>().join("; "))
+}
+
+/// What the views show, under the names of the frames that were tracked so far.
+fn named_by_tracks(capture: &Capture, options: &ExploreOptions) -> Result<Shapes> {
+    let mut shapes = shape::reconstruct(capture, &options.shape, &mut Notices::default())?;
+    shapes.scene = None;
+    Ok(shapes)
+}
+
+/// A thing that was seen and that the answer tracks.
+fn followed_of<'a>(interaction: &Interaction, shapes: &'a Shapes) -> Option<&'a str> {
+    let mut things = shapes.objects.iter().map(|o| o.name.as_str());
+    things.find(|name| interaction.tracks.contains_key(*name))
+}
+
+/// Why an answer tells nothing of any thing.
+fn unnamed(interaction: &Interaction, shapes: &Shapes) -> String {
+    let list = |names: Vec<&str>| names.join(", ");
+    let things = list(shapes.objects.iter().map(|o| o.name.as_str()).collect());
+    match interaction.tracks.is_empty() {
+        true => format!("its answer tracks nothing: of {things} nothing can be told"),
+        false => {
+            let tracks = list(interaction.tracks.keys().map(String::as_str).collect());
+            format!("its answer tracks {tracks}, whose frame lies in nothing that was seen: {things}")
+        }
+    }
 }
 
 /// Touches that decide what bears on what, where the touches for matter did not by the way. What has been moved and not

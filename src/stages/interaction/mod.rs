@@ -8,7 +8,9 @@ mod doubtful;
 mod motion;
 mod segment;
 mod sift;
+mod strangers;
 
 pub use config::Config;
 pub use segment::segment;
 pub use sift::sift;
+pub use strangers::warn_of_strangers;

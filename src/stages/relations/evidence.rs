@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Config;
 use super::breakaway::{Gave, lifted_off, pushed_off};
-use super::placing::{Bearing, Placed};
+use super::placing::{Bearing, Placed, may_bear};
 use crate::capture::{Capture, Interaction, Kind, PoseStream, RelativePose, TrackNoise, relative_motion, track_noise};
 
 /// What one interaction showed.
@@ -48,6 +48,7 @@ pub fn finding(
     run: &Interaction,
     (first, second): (&Placed, &Placed),
     bearing: Bearing,
+    up: &Vector3<f64>,
     config: &Config,
 ) -> Option<Finding> {
     let (a, b) = (first.name.as_str(), second.name.as_str());
@@ -74,7 +75,10 @@ pub fn finding(
     let log_odds = match (parting, &gave) {
         (Some(_), Some(gave)) => gave.log_odds,
         (Some(_), None) => PARTED,
-        (None, _) if moved.0 && moved.1 => together(run, upper),
+        (None, _) if moved.0 && moved.1 => match run.kind {
+            Kind::Lift if borne(run, (first, second), bearing, up) => 0.0,
+            _ => together(run, upper),
+        },
         (None, _) => 0.0,
     };
     let rows = &relative[..relative.len().min(BLOCK)];
@@ -87,6 +91,20 @@ pub fn finding(
         gave,
         start: (mean(rows).1, spread),
     })
+}
+
+/// True where a lift takes the two along without a bond: a third was lifted, which may bear both, or the one that was
+/// lifted may bear the other from beneath.
+fn borne(run: &Interaction, (a, b): (&Placed, &Placed), bearing: Bearing, up: &Vector3<f64>) -> bool {
+    let Some(target) = run.target.as_deref().filter(|t| run.tracks.contains_key(*t)) else {
+        return false;
+    };
+    let (lifted, other) = match target {
+        t if t == a.name => (a, b),
+        t if t == b.name => (b, a),
+        _ => return true,
+    };
+    matches!(bearing, Bearing::Beside | Bearing::Perhaps) && may_bear(lifted, other, up)
 }
 
 /// What it says that the two moved as one.

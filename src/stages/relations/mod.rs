@@ -1,6 +1,7 @@
 //! `relate`: what rests on what, what is held to what, from what moved along and what was tried.
 
 mod breakaway;
+mod carried;
 mod config;
 mod evidence;
 mod placing;

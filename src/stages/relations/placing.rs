@@ -110,6 +110,18 @@ fn beneath_each_other(a: &Placed, b: &Placed, up: &Vector3<f64>) -> bool {
         })
 }
 
+/// How much higher the middle of what is borne lies at least, m.
+const HIGHER: f64 = 3e-3;
+
+/// True where `lower` may bear `upper` from beneath, as a tray bears what stands within its rim.
+pub fn may_bear(lower: &Placed, upper: &Placed, up: &Vector3<f64>) -> bool {
+    let (Some(below), Some(above)) = (lower.extent(up), upper.extent(up)) else {
+        return up.dot(&(upper.centre - lower.centre)) > HIGHER;
+    };
+    let rests = above.0 + above.1 > below.0 + below.1 + 2.0 * HIGHER || above.0 > below.0 + HIGHER;
+    rests && beneath_each_other(lower, upper, up)
+}
+
 /// Without surfaces: one origin well above the other is a stack; near ones may be held to each other.
 fn by_origins(a: &Placed, b: &Placed, up: &Vector3<f64>) -> Option<Bearing> {
     let apart = b.centre - a.centre;

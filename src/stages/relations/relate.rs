@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::Config;
+use super::carried::Carried;
 use super::evidence::{Finding, finding};
 use super::placing::{Bearing, Placed, bearing, placed, table, up};
 use super::support::standing;
@@ -30,15 +33,25 @@ pub fn relate(
     let things = placed(model);
     let up = up(capture, model);
     let hung = hung_together(model);
+    let carried = Carried::of(capture, &up);
     for (k, a) in things.iter().enumerate() {
         for b in &things[k + 1..] {
             // Where two origins lie says nothing of links that joints carry.
-            let carried = (a.mesh.is_none() || b.mesh.is_none()) && hung[&a.name] == hung[&b.name];
-            if carried || joined(&out, &a.name, &b.name) {
+            let by_joints = (a.mesh.is_none() || b.mesh.is_none()) && hung[&a.name] == hung[&b.name];
+            if by_joints || joined(&out, &a.name, &b.name) {
                 continue;
             }
-            if let Some(bearing) = bearing(a, b, &up, config) {
-                out.extend(pair(capture, a, b, bearing, config, notices));
+            let (below, above) = (carried.bears(&a.name, &b.name), carried.bears(&b.name, &a.name));
+            if carried.by_another(&a.name, &b.name) || carried.by_another(&b.name, &a.name) {
+                continue;
+            }
+            let bearing = match bearing(a, b, &up, config) {
+                Some(Bearing::Beside | Bearing::Perhaps) if below => Some(Bearing::SecondOnTop),
+                Some(Bearing::Beside | Bearing::Perhaps) if above => Some(Bearing::FirstOnTop),
+                as_seen => as_seen,
+            };
+            if let Some(bearing) = bearing {
+                out.extend(pair(capture, (a, b), bearing, &up, config, notices));
             }
         }
     }
@@ -48,12 +61,29 @@ pub fn relate(
         let on_table: Vec<Relation> = things
             .iter()
             .filter(rooted)
+            .filter(|t| !carried.is_borne(&t.name))
             .filter(|t| t.mesh.is_some() || !lies_on_another(&out, &t.name))
-            .filter_map(|t| standing(capture, t, &table, &up, config))
+            .filter_map(|t| Some((t, standing(capture, t, &table, &up, config)?)))
+            .map(|(t, arc)| {
+                if children.contains(&t.name.as_str()) {
+                    hanging(arc)
+                } else {
+                    arc
+                }
+            })
             .collect();
         out.extend(on_table);
     }
     Ok(out)
+}
+
+/// What hangs on a joint may hang clear of the table, however low its unseen foot was closed: the joint bears it.
+fn hanging(arc: Relation) -> Relation {
+    Relation {
+        kind: RelationKind::Unknown,
+        probability: 0.5,
+        ..arc
+    }
 }
 
 /// The topmost link that each hangs on by joints, itself where it hangs on none.
@@ -113,15 +143,15 @@ fn jointed(joint: &Joint) -> Relation {
 /// The arc between two things that bear on each other.
 fn pair(
     capture: &Capture,
-    a: &Placed,
-    b: &Placed,
+    (a, b): (&Placed, &Placed),
     bearing: Bearing,
+    up: &Vector3<f64>,
     config: &Config,
     notices: &mut Notices,
 ) -> Option<Relation> {
     let findings: Vec<Finding> = capture
         .fitted()
-        .filter_map(|run| finding(capture, run, (a, b), bearing, config))
+        .filter_map(|run| finding(capture, run, (a, b), bearing, up, config))
         .collect();
     let (lower, upper) = if bearing == Bearing::FirstOnTop { (b, a) } else { (a, b) };
     let arc = |kind, freedom: u8, probability, from| Relation {

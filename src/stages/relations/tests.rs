@@ -271,3 +271,50 @@ fn what_came_apart_by_a_push_is_not_proved_loose_by_lifting_it_later() {
     capture.interactions.push(later);
     assert_eq!(between(&arcs(&capture)).kind, RelationKind::Unknown);
 }
+
+/// The arcs where the shapes of the stack run into each other by some millimetres, as coarse views leave them.
+fn arcs_of_sunk(capture: &Capture) -> Vec<Relation> {
+    let sunk = model([0.0, 0.0, -0.012]);
+    relate(capture, &[], &sunk, &Config::default(), &mut Notices::default()).expect("related")
+}
+
+#[test]
+fn lifts_tell_what_stands_on_what_where_the_shapes_do_not() {
+    const UP: [f64; 3] = [0.0, 0.0, 0.08];
+    const STILL: [f64; 3] = [0.0; 3];
+    let both = scene(&[(Kind::Lift, "low", UP, UP), (Kind::Lift, "top", STILL, UP)]);
+    let arcs = arcs_of_sunk(&both);
+    assert_eq!(between(&arcs).kind, RelationKind::Resting);
+    let standing: Vec<&str> = arcs.iter().filter(|r| r.a == "support").map(|r| r.b.as_str()).collect();
+    assert_eq!(standing, ["low"]);
+    // The lower one takes the upper one up, which shows no bond; the other way round does.
+    let arcs = arcs_of_sunk(&scene(&[(Kind::Lift, "low", UP, UP)]));
+    assert_eq!(between(&arcs).kind, RelationKind::Unknown);
+    let arcs = arcs_of_sunk(&scene(&[(Kind::Lift, "top", UP, UP)]));
+    assert_eq!(between(&arcs).kind, RelationKind::Fixed);
+    // A tray takes both up.
+    let mut third = scene(&[(Kind::Lift, "tray", UP, UP)]);
+    let tray = track(Vector3::zeros(), Vector3::from(UP), &mut rng_for(Seed(6), "tray"));
+    third.interactions[0].tracks.insert("tray".into(), tray);
+    assert_eq!(between(&arcs_of_sunk(&third)).kind, RelationKind::Unknown);
+}
+
+#[test]
+fn what_lies_on_what_stands_on_a_tray_does_not_lie_on_the_tray() {
+    const UP: [f64; 3] = [0.0, 0.0, 0.08];
+    const STILL: [f64; 3] = [0.0; 3];
+    let rng = &mut rng_for(Seed(7), "tray");
+    let mut capture = scene(&[
+        (Kind::Lift, "low", UP, UP),
+        (Kind::Lift, "top", STILL, UP),
+        (Kind::Lift, "tray", UP, UP),
+    ]);
+    for (k, way) in [STILL, STILL, UP].into_iter().enumerate() {
+        let tray = track(Vector3::zeros(), Vector3::from(way), rng);
+        capture.interactions[k].tracks.insert("tray".into(), tray);
+    }
+    let carried = super::carried::Carried::of(&capture, &Vector3::z());
+    assert!(carried.bears("tray", "low") && carried.bears("low", "top") && carried.bears("tray", "top"));
+    assert!(carried.by_another("tray", "top") && !carried.by_another("low", "top"));
+    assert!(carried.is_borne("top") && !carried.is_borne("tray"));
+}

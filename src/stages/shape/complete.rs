@@ -8,7 +8,7 @@ use super::solid::Part;
 use super::split::Split;
 use super::support::Ground;
 use super::vessel::continue_walls;
-use super::volume::{FOREIGN, Volume};
+use super::volume::{FOREIGN, NEIGHBOUR, Volume};
 use crate::base::{Notices, Pose, Result};
 use crate::geometry::Mesh;
 use crate::twin::{SupportPlane, Symmetry};
@@ -47,7 +47,10 @@ pub fn complete(
     find: &FindSymmetry,
     notices: &mut Notices,
 ) -> Result<()> {
-    by_symmetry(volume, context, truncation, find, notices)?;
+    // Where a neighbour was cut off from it, what is hidden is hidden by that: nothing seen may be turned into there.
+    if context.parts.planes.is_empty() {
+        by_symmetry(volume, context, truncation, find, notices)?;
+    }
     if context.ground.plane.is_some() {
         continue_walls(volume, context, notices);
     }
@@ -121,7 +124,15 @@ fn hidden(mesh: &Mesh) -> f64 {
 
 /// Gives the inside of the volume to the bodies of one thing, to its neighbours and to the room.
 pub fn claim(volume: &mut Volume, things: &[Thing], room: &Mesh, which: usize, parts: &Split) {
-    let foreign: Vec<Vec<u32>> = things.iter().map(|t| vec![FOREIGN; t.surface.vertices.len()]).collect();
+    let of = |j: usize| {
+        if parts.touching.contains(&j) {
+            NEIGHBOUR
+        } else {
+            FOREIGN
+        }
+    };
+    let label = |(j, t): (usize, &Thing)| vec![of(j); t.surface.vertices.len()];
+    let foreign: Vec<Vec<u32>> = things.iter().enumerate().map(label).collect();
     let walls = vec![FOREIGN; room.vertices.len()];
     let mut surfaces: Vec<(&Mesh, &[u32])> = things
         .iter()

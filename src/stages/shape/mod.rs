@@ -2,20 +2,25 @@
 
 mod anchor;
 mod bake;
+mod borders;
 mod camera_noise;
+mod colours;
 mod complete;
 mod config;
 mod discover;
 mod fields;
+mod flat;
 mod free;
 mod furnish;
 mod fusion;
+mod given;
 mod instances;
 mod lens;
 mod look;
 mod principal;
 mod range;
 mod reconstruct;
+mod seams;
 mod seat;
 mod solid;
 mod split;

@@ -7,19 +7,23 @@ use rayon::prelude::*;
 
 use super::Config;
 use super::anchor::{anchors, origins};
+use super::borders::split_among;
+use super::colours::part_by_colour;
 use super::complete::{Context, FindSymmetry, claim, complete};
 use super::discover::{Thing, discover, give_names, standing, without_crumbs};
 use super::fields::{blocks_near_points, integrate, ranges};
+use super::flat::warn_of_flat;
+use super::given::{given_meshes, name_the_only_one, put_given};
 use super::instances::part_by_instances;
 use super::range::Range;
 use super::solid::Part;
-use super::split::{Split, split};
+use super::split::Split;
 use super::support::{Ground, find_support};
 use super::volume::Volume;
 use super::walls::clear_walls;
 use crate::base::{Notices, Pose, Result};
 use crate::capture::Capture;
-use crate::geometry::{BlockGrid, Mesh, Texture, grid_surface, parse_mesh, simplify, submesh};
+use crate::geometry::{BlockGrid, Mesh, Texture, grid_surface, simplify, submesh};
 use crate::twin::{Superquadric, SupportPlane, Symmetry};
 
 /// Most blocks of a sparse field: bounds its memory near 200 MB.
@@ -115,9 +119,12 @@ pub fn reconstruct_with(
     for name in give_names(&mut things, named) {
         notices.note("shape", &name, "it is tracked, but the views do not show it");
     }
+    let things = part_by_colour(things, (config.voxel, floor), notices);
+    warn_of_flat(&ranges, &things, floor, &ground, notices);
     let seen = make_solids(&ranges, (&things, &room), config, floor, (&ground, find), notices)?;
     let mut objects = name_and_place(seen, &anchors, &ground.world_from_field);
     put_given(&mut objects, given);
+    name_the_only_one(&mut objects, capture, &anchors, notices);
     Ok(Shapes {
         support: ground.plane,
         objects,
@@ -236,7 +243,7 @@ fn make_solids(
 ) -> Result<Vec<Solid>> {
     let mut solids = Vec::new();
     for (i, thing) in things.iter().enumerate() {
-        let parts = split(thing, config.voxel, notices);
+        let parts = split_among(things, i, config.voxel, notices);
         let mut volume = volume_of(ranges, (things, room), i, &parts, config, floor, notices)?;
         if let [] | [_] = &thing.named[..] {
             let context = Context {
@@ -355,45 +362,4 @@ fn seen_fraction(mesh: &Mesh) -> f64 {
         .map(|t| 0.5 * mesh.scaled_normal(t).norm())
         .sum();
     area / mesh.area().max(1e-12)
-}
-
-/// The bodies whose mesh the capture brings along.
-fn given_meshes(
-    capture: &Capture,
-    anchors: &BTreeMap<String, Pose>,
-    notices: &mut Notices,
-) -> Result<Vec<ShapedObject>> {
-    let mut objects = Vec::new();
-    for body in &capture.bodies {
-        let Some(file) = &body.mesh else { continue };
-        let mesh = parse_mesh(&file.path, &file.bytes)?;
-        let world_from_link = anchors.get(&body.name).copied().unwrap_or_else(|| {
-            notices.warn(
-                "shape",
-                &body.name,
-                "its mesh is given, but not where it is: taken to be at the origin",
-            );
-            Pose::identity()
-        });
-        objects.push(ShapedObject {
-            name: body.name.clone(),
-            world_from_link,
-            mesh,
-            seen: 1.0,
-            collision: Vec::new(),
-            superquadric: None,
-            texture: None,
-        });
-    }
-    Ok(objects)
-}
-
-/// A mesh that was given is the shape, whatever the views made of the body.
-fn put_given(objects: &mut Vec<ShapedObject>, given: Vec<ShapedObject>) {
-    for object in given {
-        match objects.iter_mut().find(|o| o.name == object.name) {
-            Some(seen) => *seen = object,
-            None => objects.push(object),
-        }
-    }
 }

@@ -5,11 +5,15 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
 use super::discover::Thing;
+use super::seams::{large_patches, of_vertices};
 use crate::base::Notices;
 use crate::geometry::{Mesh, Plane, UnionFind, number_sets, unique_edges, vertex_normals};
 
-/// Least share of a thing's vertices that a patch must have to be a body of its own.
-const LEAST_SHARE: f64 = 0.03;
+/// Least share of a thing's vertices that a patch must have to be a body of its own; the second where that leaves fewer
+/// patches than there are frames, as of a coin among what is large.
+pub const LEAST_SHARE: [f64; 2] = [0.03, 0.008];
+/// Most patches among which those of the frames are sought, the largest first.
+const MOST_PATCHES: usize = 12;
 /// Most vertices on the wrong side of a plane that still parts two bodies.
 const PLANE_ERROR: f64 = 0.04;
 /// Scale of the merge rule: how much more dissimilar than inside may a border be of a patch that is everything.
@@ -27,6 +31,8 @@ pub struct Split {
     pub labels: Vec<u32>,
     /// `(a, b, plane)`: body `a` is below the plane, body `b` above.
     pub planes: Vec<(u32, u32, Plane)>,
+    /// The other things from which such a plane parts it.
+    pub touching: Vec<usize>,
 }
 
 /// Splits a thing that several named frames lie in.
@@ -36,6 +42,7 @@ pub fn split(thing: &Thing, voxel: f64, notices: &mut Notices) -> Split {
         return Split {
             labels: vec![0; thing.surface.vertices.len()],
             planes: Vec::new(),
+            touching: Vec::new(),
         };
     }
     let about = thing
@@ -59,7 +66,11 @@ pub fn split(thing: &Thing, voxel: f64, notices: &mut Notices) -> Split {
         }
     };
     let planes = parting_planes(&thing.surface, &labels, count as u32);
-    Split { labels, planes }
+    Split {
+        labels,
+        planes,
+        touching: Vec::new(),
+    }
 }
 
 fn parting_planes(surface: &Mesh, labels: &[u32], count: u32) -> Vec<(u32, u32, Plane)> {
@@ -83,7 +94,26 @@ fn parting_planes(surface: &Mesh, labels: &[u32], count: u32) -> Vec<(u32, u32, 
 /// Patches given to frames one to one at the least total distance to the patches' middles, the remaining ones
 /// to the body whose patch is nearest in place and colour; nothing where there are fewer patches than frames.
 fn labels_of_patches(surface: &Mesh, named: &[(String, Point3<f64>)], cell: f64) -> Option<Vec<u32>> {
-    let (patch, count) = patches(surface, cell);
+    let cells = Cells::new(surface, cell);
+    let by_share = |share: f64| {
+        let (patch, count) = patches(&cells, surface, share);
+        labels_of_large(surface, named, (&patch, count), share)
+    };
+    let without_seams = || {
+        let (patch, count) = large_patches(surface, &cells, &cells.borders(surface));
+        let patch: Vec<u32> = of_vertices(&cells, &patch).into_iter().map(|k| k as u32).collect();
+        labels_of_large(surface, named, (&patch, count), 0.0)
+    };
+    let [large, small] = LEAST_SHARE;
+    by_share(large).or_else(without_seams).or_else(|| by_share(small))
+}
+
+fn labels_of_large(
+    surface: &Mesh,
+    named: &[(String, Point3<f64>)],
+    (patch, count): (&[u32], usize),
+    least_share: f64,
+) -> Option<Vec<u32>> {
     let mut size = vec![0_usize; count];
     let mut tints = vec![Vector3::<f64>::zeros(); count];
     let mut bounds = vec![(Point3::from([f64::MAX; 3]), Point3::from([f64::MIN; 3])); count];
@@ -94,10 +124,10 @@ fn labels_of_patches(surface: &Mesh, named: &[(String, Point3<f64>)], cell: f64)
         tints[k] += step;
         bounds[k] = (bounds[k].0.inf(p), bounds[k].1.sup(p));
     }
-    let least = LEAST_SHARE * surface.vertices.len() as f64;
+    let least = least_share * surface.vertices.len() as f64;
     let mut large: Vec<usize> = (0..count).filter(|k| size[*k] as f64 >= least).collect();
     large.sort_by_key(|k| std::cmp::Reverse(size[*k]));
-    large.truncate(8);
+    large.truncate(MOST_PATCHES);
     if large.len() < named.len() {
         return None;
     }
@@ -125,7 +155,7 @@ fn box_gap(a: &(Point3<f64>, Point3<f64>), b: &(Point3<f64>, Point3<f64>)) -> f6
     gap + 0.1 * (nalgebra::center(&a.0, &a.1) - nalgebra::center(&b.0, &b.1)).norm()
 }
 
-/// For each row a column of its own, by exhaustive search: there are at most 8 columns.
+/// For each row a column of its own, by exhaustive search: there are few columns.
 fn cheapest_assignment(cost: &[Vec<f64>]) -> Vec<usize> {
     fn go(cost: &[Vec<f64>], taken: &mut Vec<usize>, sum: f64, best: &mut (f64, Vec<usize>)) {
         let row = taken.len();
@@ -150,15 +180,15 @@ fn cheapest_assignment(cost: &[Vec<f64>]) -> Vec<usize> {
 }
 
 /// Cells of the surface that lie together and face the same way, with their means.
-struct Cells {
-    of_vertex: Vec<u32>,
-    middle: Vec<Point3<f64>>,
-    normal: Vec<Vector3<f64>>,
+pub struct Cells {
+    pub of_vertex: Vec<u32>,
+    pub middle: Vec<Point3<f64>>,
+    pub normal: Vec<Vector3<f64>>,
     tint: Vec<Vector3<f64>>,
 }
 
 impl Cells {
-    fn new(surface: &Mesh, edge: f64) -> Self {
+    pub fn new(surface: &Mesh, edge: f64) -> Self {
         let normals = vertex_normals(surface);
         let key = |v: usize| {
             let p = surface.vertices[v];
@@ -202,7 +232,7 @@ impl Cells {
     }
 
     /// Pairs of cells that some mesh edge joins, with their dissimilarity, the most similar first.
-    fn borders(&self, surface: &Mesh) -> Vec<(f64, u32, u32)> {
+    pub fn borders(&self, surface: &Mesh) -> Vec<(f64, u32, u32)> {
         let of = |v: u32| self.of_vertex[v as usize];
         let joined = unique_edges(surface)
             .into_iter()
@@ -221,8 +251,7 @@ impl Cells {
 
 /// Patches without strong inner borders (Felzenszwalb and Huttenlocher 2004) over small cells: neighbours are
 /// dissimilar by their colour and where the surface folds inwards (Stein et al. 2014, LCCP).
-fn patches(surface: &Mesh, cell: f64) -> (Vec<u32>, usize) {
-    let cells = Cells::new(surface, cell);
+pub fn patches(cells: &Cells, surface: &Mesh, least_share: f64) -> (Vec<u32>, usize) {
     let weighted = cells.borders(surface);
     let n = cells.middle.len();
     let scale = MERGE_SCALE * n as f64;
@@ -239,7 +268,7 @@ fn patches(surface: &Mesh, cell: f64) -> (Vec<u32>, usize) {
         }
     }
     // Slivers join their most similar neighbour.
-    let least = (LEAST_SHARE * n as f64) as u32;
+    let least = (least_share * n as f64) as u32;
     for (_, a, b) in &weighted {
         let (a, b) = (sets.find(*a), sets.find(*b));
         if a != b && size[a as usize].min(size[b as usize]) < least {
@@ -252,7 +281,7 @@ fn patches(surface: &Mesh, cell: f64) -> (Vec<u32>, usize) {
 }
 
 /// Colour as chromaticity, which shading leaves alone, with a little brightness.
-fn tint(color: Option<&[u8; 3]>) -> Vector3<f64> {
+pub fn tint(color: Option<&[u8; 3]>) -> Vector3<f64> {
     let [r, g, b] = color.copied().unwrap_or([128; 3]).map(f64::from);
     let sum = (r + g + b).max(30.0);
     Vector3::new(r / sum * 255.0, g / sum * 255.0, 0.05 * sum)

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 
 use super::complete::Context;
 use super::solid::Part;
-use super::volume::{FOREIGN, Volume};
+use super::volume::{FOREIGN, NEIGHBOUR, Volume};
 use crate::base::Notices;
 use crate::geometry::{Mesh, Origin, SurfaceDistance, submesh};
 
@@ -171,7 +171,7 @@ impl Volume {
                     if !concluded(self, at) {
                         continue;
                     }
-                    if self.distance[at] < 0.0 && self.owner[at] != FOREIGN {
+                    if self.distance[at] < 0.0 && !matches!(self.owner[at], FOREIGN | NEIGHBOUR) {
                         beyond[at] = vessel.beyond(&self.point(self.global(x, y, z)));
                     } else if self.distance[at] > 0.0 && self.global(x, y, z)[2] >= self.clear {
                         front.push([x, y, z]);

@@ -13,6 +13,8 @@ use crate::geometry::{BLOCK, BlockGrid, Mesh};
 pub const NOBODY: u32 = u32::MAX;
 /// A neighbouring thing.
 pub const FOREIGN: u32 = u32::MAX - 1;
+/// A neighbouring thing that a plane parts from this one.
+pub const NEIGHBOUR: u32 = u32::MAX - 2;
 
 /// A box of voxels around one thing.
 pub struct Volume {

@@ -336,30 +336,6 @@ fn a_slide_within_a_slide_is_geared_to_it() {
 }
 
 #[test]
-fn what_it_takes_to_set_out_slowly_is_stiction() {
-    let law = |w: &Way, i: usize| {
-        // 0.7 N·m more than while it slides, gone after some 8 mrad.
-        let since = (0..i).rev().find(|k| w.speed[*k].abs() < 1e-3).unwrap_or(0);
-        let gone = (w.position[i] - w.position[since]).abs();
-        0.5 * w.gain[i] + (0.5 + 0.7 * (-gone / 8e-3).exp()) * dry(w.speed[i])
-    };
-    let world = World {
-        guide: door(),
-        law: &law,
-        noise: [3e-4, 2e-3],
-        late: 0,
-        carries: None,
-    };
-    let run = world.run(&out_and_back(1.3, &[0.2, 0.5, 0.8, 0.4, 0.2, 0.5, 0.8, 0.6], 100.0));
-    assert_eq!(
-        names(&run).first().map(|n| n.0),
-        Some("joint-stiction"),
-        "{:?}",
-        names(&run)
-    );
-}
-
-#[test]
 fn a_weight_that_is_held_from_the_first_row_on_is_no_tare() {
     let law = |w: &Way, i: usize| 0.08 * w.gain[i] + 0.05 * dry(w.speed[i]) + 0.88 * w.position[i].cos();
     let guide = Guide {

@@ -122,11 +122,7 @@ pub fn diagnose(
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
     findings.extend(sensor_findings(capture, faults, &traces));
-    // Of a push whose force is cut off only its beginning was felt, with all of the body's way after it.
-    if findings.iter().any(|f| f.cause == "force-saturation") {
-        findings.retain(|f| f.cause != "presliding");
-    }
-    findings.retain(|f| config.allows(&f.cause));
+    keep_what_stands(&mut findings, config);
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces)
@@ -156,6 +152,14 @@ pub fn diagnose(
         effect_sizes: curves.effect_sizes,
         levels: curves.levels,
     })
+}
+
+/// Of a push whose force is cut off only its beginning was felt, with all of the body's way after it.
+fn keep_what_stands(findings: &mut Vec<Finding>, config: &Config) {
+    if findings.iter().any(|f| f.cause == "force-saturation") {
+        findings.retain(|f| f.cause != "presliding");
+    }
+    findings.retain(|f| config.allows(&f.cause));
 }
 
 /// Below this probability a finding's name is one of several.

@@ -252,14 +252,9 @@ fn conclude(
         friction: Some(friction),
         damping: law.damping.map(|d| resists(d, units[1])),
         stiffness: law.spring.map(|s| resists(s, units[2])),
-        rest: law.rest.zip(law.spring).map(|(rest, spring)| {
-            let rest = estimate(rest, units[3]);
-            if setting.untared {
-                beside_bias(rest, spring.value, units[0])
-            } else {
-                rest
-            }
-        }),
+        rest: law
+            .rest
+            .map(|r| beside_bias(estimate(r, units[3]), law.spring, units[0], setting.untared)),
     }
 }
 

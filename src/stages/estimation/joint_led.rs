@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::evidence::motion_at;
 use super::facts::subject;
+use super::joint_law::Number;
 use super::joint_load::JointAtWork;
 use crate::base::{Confounded, Estimate, Status};
 use crate::capture::{Capture, Interaction, Kind, PhaseKind, PoseStream, Segmented};
@@ -48,14 +49,17 @@ pub(super) fn untared(capture: &Capture, segmented: &[Segmented], joint: &Joint)
     capture.fitted().filter_map(held).all(|held| held)
 }
 
-/// Where a spring is slack, as forces tell it that were never read without a load: a bias of the sensor would move it.
-pub(super) fn beside_bias(mut rest: Estimate, stiffness: f64, unit: &str) -> Estimate {
+/// Where a spring is slack; as forces tell it that were never read without a load (`untared`) a bias of the sensor would move it.
+pub(super) fn beside_bias(mut rest: Estimate, spring: Option<Number>, unit: &str, untared: bool) -> Estimate {
+    let Some(spring) = spring.filter(|_| untared) else {
+        return rest;
+    };
     rest.status = Status::Assumed;
     rest.confounded = Some(Confounded {
         with: vec!["force-bias".into()],
         known: format!(
             "stiffness * rest - the load of the force's bias = {:.4} {unit}",
-            stiffness * rest.value
+            spring.value * rest.value
         ),
         experiment: "read the force before the tool takes hold, or after it has let go".into(),
     });

@@ -143,6 +143,7 @@ impl World<'_> {
             let time: Vec<f64> = (0..n).map(|i| begin + i as f64 / way.rate).collect();
             begin = time[n - 1] + 4.0;
             let force = (0..n).map(|i| self.guide.force(way.position[i], (self.law)(way, i)) + dice.vector(0.05));
+            let force: Vec<Vector3<f64>> = force.collect();
             let seen: Vec<f64> = (0..n).map(|i| way.position[i.saturating_sub(self.late)]).collect();
             let still = vec![0.0; n];
             let mut tracks = std::collections::BTreeMap::new();
@@ -158,7 +159,7 @@ impl World<'_> {
             }
             let force = WrenchStream {
                 time: time.clone(),
-                force: force.collect(),
+                force,
                 torque: None,
             };
             let mut noiseless = track(&self.guide, &way.position, &time, self.guide.hand, [0.0; 2], &mut dice);

@@ -3,6 +3,7 @@
 use super::pair::Pair;
 use crate::base::Estimate;
 use crate::capture::Interaction;
+use crate::math::median;
 
 /// Joint position over time in one interaction.
 pub struct Travel {
@@ -37,8 +38,18 @@ pub fn limits(pair: &Pair, travels: &[Travel], sd: f64, unit: &str) -> Option<Es
         .map(|(_, run)| pair.runs[*run].name.clone())
         .collect();
     let range = high - low;
-    let end = |found: &Option<(f64, usize)>, seen: f64| found.as_ref().map_or((seen, range), |(q, _)| (*q, 0.6 * sd));
-    let (lower, upper) = (end(&at_low, low), end(&at_high, high));
+    // An end that gives begins before the farthest place that it was pressed to.
+    let begins = |found: &Option<(f64, usize)>, sign: f64| {
+        let (farthest, run) = (*found)?;
+        let travel = travels.iter().find(|t| t.run == run)?;
+        yields_from(pair, travel, sign, farthest).filter(|q| (farthest - q).abs() > (10.0 * sd).max(GIVES * range))
+    };
+    let end = |found: &Option<(f64, usize)>, seen: f64, sign: f64| match (found, begins(found, sign)) {
+        (None, _) => (seen, range),
+        (Some((farthest, _)), Some(q)) => (q, 0.25 * (farthest - q).abs()),
+        (Some((farthest, _)), None) => (*farthest, 0.6 * sd),
+    };
+    let (lower, upper) = (end(&at_low, low, -1.0), end(&at_high, high, 1.0));
     let mut estimate = Estimate::measured([lower.0, upper.0], [lower.1, upper.1], unit, from, "end-stop");
     if let Some(interval) = estimate.ci95.as_mut() {
         if at_low.is_none() {
@@ -49,6 +60,35 @@ pub fn limits(pair: &Pair, travels: &[Travel], sd: f64, unit: &str) -> Option<Es
         }
     }
     Some(estimate)
+}
+
+/// Share of the range over which an end that gives is told from one that stands.
+const GIVES: f64 = 0.02;
+/// Times the force of the way there from which on an end is felt.
+const FELT: f64 = 1.5;
+
+/// Where the force at an end rose, on the way to `farthest`; nothing where it is not known.
+fn yields_from(pair: &Pair, t: &Travel, sign: f64, farthest: f64) -> Option<f64> {
+    let force = pair.runs[t.run].force.as_ref()?;
+    let reached = (0..t.time.len()).find(|i| sign * (farthest - t.position[*i]) <= 0.0)?;
+    let (first, last) = (t.time[0], t.time[reached]);
+    let on_the_way = |i: &usize| force.time[*i] >= first && force.time[*i] <= last;
+    let sizes: Vec<f64> = (0..force.time.len())
+        .filter(on_the_way)
+        .map(|i| force.force[i].norm())
+        .filter(|f| f.is_finite())
+        .collect();
+    let usual = median(&sizes)?;
+    let size = |time: f64| {
+        let i = force.time.partition_point(|x| *x < time).min(force.time.len() - 1);
+        force.force[i].norm()
+    };
+    // Back from the end to where it was last as large as on the way.
+    let risen = (0..reached)
+        .rev()
+        .take_while(|i| size(t.time[*i]) > FELT * usual)
+        .last()?;
+    Some(t.position[risen])
 }
 
 /// Whether the lower and the upper end were run into.

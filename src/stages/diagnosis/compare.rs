@@ -130,15 +130,14 @@ pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
         .map(smoothed)
         .collect();
     let sums = gather(judged.iter());
-    let curves = traces
-        .iter()
-        .flat_map(|t| &t.curves)
-        .filter(|c| c.quantity == Quantity::Force);
-    let reading = curves.filter_map(|c| c.noise).fold(0.0, f64::max);
+    let reading = |quantity: Quantity| {
+        let curves = traces.iter().flat_map(|t| &t.curves).filter(|c| c.quantity == quantity);
+        curves.filter_map(|c| c.noise).fold(0.0, f64::max)
+    };
     let fits = |quantity: &Quantity, s: &Sums| {
         // A tare may be off by as much as one averaged reading scatters.
         let allowed = match quantity {
-            Quantity::Force | Quantity::Torque => (config.tolerance * s.signal()).max(reading),
+            Quantity::Force | Quantity::Torque => (config.tolerance * s.signal()).max(reading(*quantity)),
             // The reconstructed surface itself may be off by a millimetre.
             Quantity::Position | Quantity::Flight => (config.tolerance * s.signal()).max(config.position_tolerance),
             // Impacts are chaotic: short windows judge them.

@@ -19,6 +19,10 @@ const ALIKE: f64 = 0.25;
 /// Standard deviations from nothing, and motions that have to tell.
 const CLEAR: f64 = 5.0;
 const FEWEST: usize = 2;
+/// The same of a joint that the other one carries, and how far from -1 its ratio has to be: at -1 what is carried stands still,
+/// as what merely hangs there may.
+const GEARED: f64 = 0.998;
+const STANDS: f64 = 0.1;
 /// Neighbouring readings that count as one.
 const TOGETHER: f64 = 10.0;
 /// Block, half span of a velocity, s, and how far the parent may move, m, where it is asked what was handled.
@@ -34,7 +38,7 @@ struct Followed {
     rows: Vec<[f64; 2]>,
 }
 
-/// Joints that follow another of the same parent.
+/// Joints that follow another of the same parent, or one that carries them.
 pub fn coupling_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
     let joints: Vec<&Joint> = model
         .twin
@@ -43,6 +47,9 @@ pub fn coupling_findings(capture: &Capture, segmented: &[Segmented], model: &Mod
         .collect();
     let mut out = Vec::new();
     for (i, first) in joints.iter().enumerate() {
+        for second in joints.iter().filter(|j| j.parent == first.child) {
+            out.extend(coupled(capture, segmented, model, first, second));
+        }
         for second in joints[i + 1..].iter().filter(|j| j.parent == first.parent) {
             out.extend(coupled(capture, segmented, model, first, second).or_else(|| {
                 // It may only drive one way.
@@ -64,7 +71,10 @@ fn coupled(
         let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
         joint_loads(interaction, cut, leads, model, HANDLED)?;
         let [lead, other] = [leads, follows].map(|j| joint_path(interaction, model, j));
-        followed(interaction, (&lead?, leads.kind), (&other?, follows.kind))
+        let carried = follows.parent == leads.child;
+        let told = if carried { GEARED } else { TOLD };
+        let rode = |f: &Followed| carried && (f.ratio.0 + 1.0).abs() < STANDS;
+        followed(interaction, (&lead?, leads.kind), (&other?, follows.kind), told).filter(|f| !rode(f))
     };
     let all: Vec<Followed> = capture.interactions.iter().filter_map(one).collect();
     let fitted: Vec<&Followed> = all.iter().filter(|f| !f.held_out).collect();
@@ -137,6 +147,7 @@ fn followed(
     interaction: &Interaction,
     (lead, lead_kind): (&[JointMoment], JointKind),
     (other, other_kind): (&[JointMoment], JointKind),
+    told: f64,
 ) -> Option<Followed> {
     let least = |kind: JointKind, of: [f64; 2]| of[usize::from(kind == JointKind::Prismatic)];
     if travelled(lead) < least(lead_kind, WAY) || travelled(other) < least(other_kind, FOLLOWS) {
@@ -155,7 +166,7 @@ fn followed(
     let syy = sum(&|r| (r[1] - my).powi(2)).max(1e-300);
     let ratio = sum(&|r| (r[0] - mx) * (r[1] - my)) / sxx;
     let left = sum(&|r| (r[1] - my - ratio * (r[0] - mx)).powi(2));
-    if left > (1.0 - TOLD) * syy {
+    if left > (1.0 - told) * syy {
         return None;
     }
     let sd = (left * TOGETHER / (n * sxx)).sqrt();

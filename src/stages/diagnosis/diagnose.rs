@@ -9,6 +9,7 @@ use super::delay::{delay_finding, take_up};
 use super::family::Family;
 use super::frames::{frame_finding, put_right};
 use super::given::{finger_findings, scale_finding, yaw_findings};
+use super::hand_delay::{HandDelay, hand_delay};
 use super::inertia;
 use super::joints::joint_findings;
 use super::levels::Level;
@@ -96,8 +97,11 @@ pub fn diagnose(
     let righted = frame.as_ref().filter(|_| slides).and_then(|f| put_right(capture, f));
     let (raw, capture) = (capture, righted.as_ref().unwrap_or(capture));
     let (plain, mut findings) = centre_findings(capture, segmented, model);
-    let (experiments, curves) = name_causes(capture, segmented, model, (config, faults), &mut findings);
-    findings.extend(play_findings(capture, segmented, model, &findings, notices));
+    let late = hand_delay(capture, segmented, model).filter(|_| config.allows("time-delay"));
+    let on_time = late.as_ref().map(|late| late.undone(capture));
+    let of_joints = on_time.as_ref().unwrap_or(capture);
+    let (experiments, curves) = name_causes(of_joints, segmented, model, (config, faults), &mut findings);
+    findings.extend(play_findings(of_joints, segmented, model, &findings, notices));
     let traces = predicted(capture, model, (&curves.full, &curves.full_tosses));
     // A part that swings lags behind as well.
     let swings = |f: &Finding| matches!(f.cause.as_str(), "loose-mass" | "added-inertia");
@@ -109,7 +113,8 @@ pub fn diagnose(
         .cloned()
         .collect();
     // A force that comes up late puts the first touch late, and what is tracked before it.
-    if findings.iter().all(|f| f.cause != "sensor-lag") {
+    findings.extend(late.as_ref().map(HandDelay::finding));
+    if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
         take_up(
             &mut findings,
             delay_finding(&slid).or_else(|| inertia::delay_finding(fast)),
@@ -117,11 +122,7 @@ pub fn diagnose(
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
     findings.extend(sensor_findings(capture, faults, &traces));
-    // Of a push whose force is cut off only its beginning was felt, with all of the body's way after it.
-    if findings.iter().any(|f| f.cause == "force-saturation") {
-        findings.retain(|f| f.cause != "presliding");
-    }
-    findings.retain(|f| config.allows(&f.cause));
+    keep_what_stands(&mut findings, config);
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces)
@@ -151,6 +152,14 @@ pub fn diagnose(
         effect_sizes: curves.effect_sizes,
         levels: curves.levels,
     })
+}
+
+/// Of a push whose force is cut off only its beginning was felt, with all of the body's way after it.
+fn keep_what_stands(findings: &mut Vec<Finding>, config: &Config) {
+    if findings.iter().any(|f| f.cause == "force-saturation") {
+        findings.retain(|f| f.cause != "presliding");
+    }
+    findings.retain(|f| config.allows(&f.cause));
 }
 
 /// Below this probability a finding's name is one of several.

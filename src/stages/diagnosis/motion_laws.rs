@@ -53,6 +53,8 @@ pub struct Moved {
     pub began: Option<f64>,
     /// Too slow for the direction of friction to be sure.
     pub still: bool,
+    /// It sets out or stops so soon that its smoothed speed does not tell whether it moves yet.
+    pub unsure: bool,
     /// What a stop may do here.
     pub stop: Stop,
 }

@@ -1,7 +1,7 @@
 //! The motions of a joint, read block by block.
 
-use crate::capture::{Capture, Interaction, Segmented};
-use crate::math::quantile;
+use crate::capture::{Capture, Interaction, Segmented, position_noise};
+use crate::math::{median, quantile};
 use crate::stages::estimation::{JointLoad, joint_loads};
 use crate::twin::{Joint, JointKind, Model};
 
@@ -57,7 +57,14 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
         let half = span_of(&first)?;
         let loads = joint_loads(interaction, cut, joint, model, [BIN, half, STANDS])?;
         let noise = capture.noise.force.or(cut.force_noise)?;
-        let own = if joint.kind == JointKind::Revolute {
+        let by_hand = !interaction.tracks.contains_key(&joint.child);
+        let own = if by_hand {
+            // The path of what holds it tells an angle by its arm.
+            let of_path = interaction.tool_path.as_ref().map(|p| position_noise(&[p]));
+            let lever = median(&loads.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
+            let noise = capture.noise.position.or(of_path.filter(|n| n.is_finite()));
+            noise.map(|n| n / lever.max(1e-6))
+        } else if joint.kind == JointKind::Revolute {
             capture.noise.rotation.or(cut.rotation_noise)
         } else {
             capture.noise.position.or(cut.position_noise)
@@ -72,7 +79,7 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
             noise: noise / (rate * BIN).max(1.0).sqrt(),
             jitter: own.unwrap_or(0.0),
             zero: own.unwrap_or(0.0) * (2.0 / rested(interaction, joint)).sqrt(),
-            by_hand: !interaction.tracks.contains_key(&joint.child),
+            by_hand,
         })
     };
     let mut reads: Vec<Read> = capture.interactions.iter().filter_map(one).collect();

@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use super::motion_laws::Moved;
+use super::motion_reads::BIN;
 use crate::math::median;
 use crate::twin::Joint;
 
@@ -29,8 +30,16 @@ pub fn mark_stops(motions: &mut [Vec<Moved>], spans: impl Iterator<Item = (usize
         places().fold(f64::INFINITY, f64::min),
         places().fold(f64::NEG_INFINITY, f64::max),
     ];
+    let spans: Vec<(usize, f64)> = spans.collect();
+    // An end that gives strikes no blow: what is felt on the way there goes with the place.
+    let given = [1.0, -1.0].map(|way| {
+        let each = motions.iter().zip(&spans);
+        let pressed: Vec<bool> = each.filter_map(|(m, s)| gives(m, ends, s.1, s.0, way)).collect();
+        let votes = pressed.iter().filter(|gave| **gave).count();
+        votes > 0 && 2 * votes >= pressed.len()
+    });
     for (moments, (reach, jitter)) in motions.iter_mut().zip(spans) {
-        let found = stops(moments, ends, jitter, reach);
+        let found = stops(moments, ends, jitter, reach, given);
         moments.iter_mut().zip(found).for_each(|(m, stop)| m.stop = stop);
     }
 }
@@ -60,10 +69,51 @@ impl Stop {
     }
 }
 
-/// What stops may do, moment by moment. Within `reach` moments of standing at an end the smoothed speed still holds how it
+/// Times the usual load from which on it is an end that is felt; share of what presses there that has to be felt before it.
+const RISES: f64 = 1.5;
+const BEFORE: f64 = 0.35;
+/// Share of the way within half the span of its smoothing by which a position may be off.
+const SMOOTHED: f64 = 0.2;
+
+/// How near to an end a joint is at it.
+fn nearness([low, high]: [f64; 2], jitter: f64) -> f64 {
+    (NEAR * (high - low)).max(3.0 * jitter).min(0.05 * (high - low))
+}
+
+/// Whether the end gave way under what pressed on it, where one motion pressed on the lower (1) or the upper one (-1): the load
+/// rose on the way, over more of it than smoothing may feign of a blow.
+fn gives(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize, way: f64) -> Option<bool> {
+    let near = nearness([low, high], jitter);
+    let apart = |m: &Moved| if way > 0.0 { m.position - low } else { high - m.position };
+    let moving: Vec<f64> = moments.iter().filter(|m| !m.still).map(|m| m.load.abs()).collect();
+    let usual = median(&moving)?;
+    let outward = |m: &Moved| -way * m.load;
+    let stood = (1..moments.len()).find(|i| {
+        let m = &moments[*i];
+        m.still && apart(m) < near && outward(m) > PRESSED * usual
+    })?;
+    let most = moments[stood..]
+        .iter()
+        .take_while(|m| apart(m) < near)
+        .map(outward)
+        .fold(0.0, f64::max);
+    let rising = moments[..stood].iter().rev().take_while(|m| outward(m) > RISES * usual);
+    let rising: Vec<&Moved> = rising.collect();
+    let fastest = rising.iter().map(|m| m.speed.abs()).fold(0.0, f64::max);
+    let blurred = near + fastest * BIN * (1.0 + SMOOTHED * reach as f64);
+    let farthest = rising.iter().map(|m| apart(m)).fold(0.0, f64::max);
+    let before = rising
+        .iter()
+        .filter(|m| apart(m) > near)
+        .map(|m| outward(m))
+        .fold(0.0, f64::max);
+    Some(farthest > blurred && before > BEFORE * most)
+}
+
+/// What stops may do, moment by moment, of ends of which those `given` strike no blow. Within `reach` moments of standing at an end the smoothed speed still holds how it
 /// set off, and within twice that how it ran into it.
-fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize) -> Vec<Stop> {
-    let near = (NEAR * (high - low)).max(3.0 * jitter).min(0.05 * (high - low));
+fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize, given: [bool; 2]) -> Vec<Stop> {
+    let near = nearness([low, high], jitter);
     let stands = |m: &Moved| match (m.position < low + near, m.position > high - near) {
         _ if !m.still => 0.0,
         (true, false) => 1.0,
@@ -81,7 +131,8 @@ fn stops(moments: &[Moved], [low, high]: [f64; 2], jitter: f64, reach: usize) ->
         if way != 0.0 {
             out[from..(until + reach).min(moments.len())].fill(Stop::Bears(way));
             let outward = moments[from..until].iter().map(|m| -way * m.load);
-            if from > 0 && outward.fold(0.0, f64::max) > PRESSED * usual {
+            let gave = given[usize::from(way < 0.0)];
+            if from > 0 && !gave && outward.fold(0.0, f64::max) > PRESSED * usual {
                 // What pulled on past the stop is already fast when it takes the joint back.
                 hits.push(from.saturating_sub(2 * reach + 1)..(from + reach).min(until));
                 hits.push(until..(until + 4 * reach + 3).min(moments.len()));
@@ -113,6 +164,7 @@ mod tests {
             turned_back: false,
             began: None,
             still,
+            unsure: false,
             stop: Stop::None,
         }
     }
@@ -129,15 +181,48 @@ mod tests {
         ];
         let mut moments: Vec<Moved> = way.iter().map(|(q, s)| at(*q, *s)).collect();
         let (low, high) = (Stop::Bears(1.0), Stop::Bears(-1.0));
-        let found = stops(&moments, [0.0, 1.0], 0.001, 1);
+        let found = stops(&moments, [0.0, 1.0], 0.001, 1, [false; 2]);
         assert_eq!(found, [low, low, low, Stop::None, Stop::None, high]);
         // It pulls on past the upper end.
         moments[5].load = 10.0;
-        let found = stops(&moments, [0.0, 1.0], 0.001, 0);
+        let found = stops(&moments, [0.0, 1.0], 0.001, 0, [false; 2]);
         assert_eq!(found, [low, low, Stop::None, Stop::None, Stop::Hit, high]);
         // A lid of 1.2 N·m that the stop holds takes any load up to its own, and not more.
         assert_eq!([0.0, 1.5].map(|load| low.lets(1.2, load)), [0.0, 1.2]);
         assert_eq!([-3.0, 0.5].map(|load| high.lets(0.2, load)), [0.2, 0.5]);
         assert_eq!((Stop::None.lets(0.2, 5.0), Stop::Hit.lets(0.2, 5.0)), (0.2, 5.0));
+    }
+
+    #[test]
+    fn an_end_that_gives_is_told_from_a_stop() {
+        // To 1.3 rad and standing there, on friction of 0.6 N·m; a spring of 40 N·m/rad from 1.2 rad on, or a stop that is pressed.
+        let motion = |gives: bool| {
+            let one = |i: u32| {
+                let position = (0.02 * f64::from(i)).min(1.3);
+                let still = i > 65;
+                let spring = 40.0 * (position - 1.2f64).max(0.0);
+                let load = match (gives, still) {
+                    (true, _) => 0.6 + spring,
+                    (false, still) => {
+                        if still {
+                            4.6
+                        } else {
+                            0.6
+                        }
+                    }
+                };
+                let speed = if still { 0.0 } else { 0.5 };
+                Moved {
+                    load,
+                    speed,
+                    ..at(position, still)
+                }
+            };
+            (0..90).map(one).collect::<Vec<Moved>>()
+        };
+        for (gave, soft) in [(true, true), (false, false)] {
+            assert_eq!(gives(&motion(soft), [0.0, 1.3], 1e-3, 2, -1.0), Some(gave));
+        }
+        assert_eq!(gives(&motion(true), [0.0, 1.3], 1e-3, 2, 1.0), None);
     }
 }

@@ -6,12 +6,13 @@
 //! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
 //! what friction allows.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::marginal::weights;
+use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
 use super::motion_reads::{BIN, Read, read_all};
@@ -20,11 +21,11 @@ use super::named::left;
 use super::naming::NAMED;
 use super::{Curve, Quantity};
 use crate::capture::{Capture, Segmented};
-use crate::math::{median, quantile, robust_linear};
+use crate::math::{median, quantile};
 use crate::stages::estimation::JointLoad;
 use crate::twin::{Joint, JointKind, Model};
 
-/// Share of the load that the plain model leaves open: the arm of the force, the axis.
+/// Share of the load that the arm of the force, the same in all motions, may be off by.
 const EVEN: f64 = 0.015;
 /// Share of the fast speeds below which the direction of friction is not sure.
 const SLOW: f64 = 0.06;
@@ -34,8 +35,6 @@ const SURE: f64 = 0.1;
 const RESOLVED: f64 = 0.02;
 /// Log evidence over the plain model, nats, from which on a play is named.
 const PLAY: f64 = 25.0;
-/// Share of the change of the inertial force within the span of its smoothing that is left open.
-const BLURRED: f64 = 0.15;
 /// Laws that the estimation of a joint knows.
 const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
@@ -129,7 +128,7 @@ impl Motions {
                 }],
                 base: vec![
                     Parameter::amplitude("log_friction", "1", 1.0),
-                    Parameter::amplitude("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
+                    Parameter::positive("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
                     Parameter::amplitude("delay", "s", 0.012),
                     creep(fast, turns),
                 ],
@@ -160,7 +159,7 @@ impl Motions {
         }
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
-        out.sheet.base[1] = Parameter::amplitude("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);
+        out.sheet.base[1] = Parameter::positive("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);
         Some(out)
     }
 
@@ -184,7 +183,13 @@ impl Motions {
             let channel = &group.channels[0];
             let sure = weights(self, g).into_iter().zip(&self.moments[g]);
             let rows = sure.zip(left(self, fit, g, true)).zip(&channel.measured);
-            let foretold = rows.map(|(((w, m), e), x)| if w < SURE || m.still { f64::NAN } else { x - e });
+            let foretold = rows.map(|(((w, m), e), x)| {
+                if w < SURE || m.still || m.unsure {
+                    f64::NAN
+                } else {
+                    x - e
+                }
+            });
             let curve = Curve {
                 label: format!("{}: load of the tool along it", self.joint),
                 quantity: self.sheet.kinds[0].quantity,
@@ -198,33 +203,16 @@ impl Motions {
         (0..self.sheet.groups.len()).map(one).collect()
     }
 
-    /// What is left open of the load: the arm of the force, the noise of the speed as far as the load depends on it (or
-    /// it would speak against damping), and a speed that changes within the span of its own smoothing.
-    fn aside(&self, read: &Read, i: usize) -> f64 {
-        let l = &read.loads;
-        let reach = (read.half / BIN).ceil() as usize;
-        let near = &l[i.saturating_sub(reach)..(i + reach + 1).min(l.len())];
-        let speeds = near.iter().map(|l| l.speed);
-        let (low, high) = speeds.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        let speed = l[i].speed.abs() + self.slow;
-        // A smoothed speed runs ahead of a start: there the load may still be anything up to friction.
-        let share = ((high - low) / speed - 0.1).max(0.0);
-        let unsteady = self.friction * (2.5 * share).powi(2).min(4.0);
-        let shaken = 1.5 * read.jitter * l[i].speed_gain / speed;
-        // So does what speeds it up: within the span all that it changes by, beyond noise, may be anywhere.
-        let gains = (0..near.len()).map(|k| gain_at(near, k));
-        let (least, most) = gains.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), g| (a.min(g), b.max(g)));
-        let noise = 3.0 * read.jitter * l[i].speed_gain / BIN;
-        let blurred = BLURRED * self.inert * (most - least - noise).max(0.0);
-        unsteady + EVEN.hypot(shaken) * l[i].load.abs() + blurred
-    }
-
     fn add(&mut self, read: &Read) {
         let l = &read.loads;
         let mut travelled: f64 = 0.0;
         let mut rests = 0.0;
         let mut moments = Vec::with_capacity(l.len());
         self.turning.begin();
+        let gains = gains(l, read.half, read.jitter);
+        let open: Vec<Open> = (0..l.len())
+            .map(|i| Open::at(read, &gains, i, [self.slow, self.friction, self.inert]))
+            .collect();
         for i in 0..l.len() {
             let turned = i > 0 && l[i].speed * l[i - 1].speed < 0.0;
             let still = l[i].speed.abs() < self.slow;
@@ -241,7 +229,7 @@ impl Motions {
                 time: l[i].time - self.zero,
                 position: l[i].position,
                 speed: l[i].speed,
-                gain: gain_at(l, i),
+                gain: gains[i],
                 load: l[i].load,
                 lever: l[i].lever,
                 slip: travelled,
@@ -249,6 +237,7 @@ impl Motions {
                 turned_back,
                 began: self.turning.began(l[i].position),
                 still,
+                unsure: open[i].unsure,
                 stop: Stop::None,
             });
         }
@@ -262,31 +251,12 @@ impl Motions {
                 kind: 0,
                 measured: l.iter().map(|l| l.load).collect(),
                 change: change.collect(),
-                aside: (0..l.len()).map(|i| self.aside(read, i)).collect(),
+                aside: open.iter().map(|o| o.aside).collect(),
                 starts,
             }],
         });
         self.moments.push(moments);
     }
-}
-
-/// Acceleration at a sample, from its neighbours' speeds.
-fn gain_at(loads: &[JointLoad], i: usize) -> f64 {
-    let (a, b) = (i.saturating_sub(1), (i + 1).min(loads.len() - 1));
-    (loads[b].speed - loads[a].speed) / (loads[b].time - loads[a].time).max(1e-6)
-}
-
-/// Inertia by least squares beside dry friction, a spring and a constant; 0 where none shows.
-fn inertia_of(reads: &[Read], slow: f64) -> f64 {
-    let each = reads.iter().flat_map(|r| (0..r.loads.len()).map(|i| (&r.loads, i)));
-    let moving = each.filter(|(l, i)| l[*i].speed.abs() > slow);
-    let rows: Vec<[f64; 5]> = moving
-        .map(|(l, i)| [gain_at(l, i), l[i].speed.signum(), l[i].position, 1.0, l[i].load])
-        .filter(|row| row.iter().all(|x| x.is_finite()))
-        .collect();
-    let columns = DMatrix::from_fn(rows.len(), 4, |i, k| rows[i][k]);
-    let loads = DVector::from_iterator(rows.len(), rows.iter().map(|r| r[4]));
-    robust_linear(&columns, &loads).map_or(0.0, |fit| fit.x[0].max(0.0))
 }
 
 /// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
@@ -328,8 +298,15 @@ impl Family for Motions {
             let m = m.later(base[2]);
             let smooth = base[1] * m.gain + effort(&m, active) + swings;
             let left = m.unread(active) - smooth - scatter[1];
-            let rubs = if m.still {
-                let bound = dry * held(&m, active);
+            let rubs = if m.still || m.unsure {
+                // What comes to rest does not stick yet.
+                let stops = !m.still && m.speed * m.gain < 0.0;
+                let bound = dry
+                    * if stops {
+                        sliding(&m, active).min(1.0)
+                    } else {
+                        held(&m, active)
+                    };
                 left.clamp(-bound, bound)
             } else {
                 dry * sliding(&m, active) * set_in(m.speed / base[3].exp())

@@ -20,6 +20,10 @@ const MISPLACED: f64 = -0.025;
 const ABOVE: f64 = 1.5;
 /// Share of it that such a law has to take away where every interaction passes its place.
 const IDLE: f64 = 0.1;
+/// Log evidence, nats, beyond which a law stands though no held-out interaction can judge it; change of what is foretold of them, in
+/// units of the noise, from which on they can.
+const BEYOND_DOUBT: f64 = 100.0;
+const TELLS: f64 = 0.3;
 /// From this share of what repeats leave open on, a law that every interaction meets has to make its error smaller.
 const REPEATS: f64 = 1.0;
 /// What it adds there beside the noise at rest, in units of that.
@@ -49,8 +53,9 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let vetoed = everywhere || worse(family, &gain, family.about(taken.law));
         // What acts at a place leaves held-out interactions that never come there as they are, and does not make them worse.
         let misplaced = law.grid.len() > 1 && gain.reduction < MISPLACED && above_noise(family, &gain, taken.law);
-        // Motions that all pass the place have to be foretold better by it.
-        let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE;
+        // Motions that all pass the place have to be foretold better by it, where they can tell.
+        let mute = taken.gain > BEYOND_DOUBT && !judged(family, &before, &after, taken.law);
+        let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE && !mute;
         if !gain.held_out.is_empty() && (gain.reduction < WORSE && vetoed || misplaced || idle) {
             laws.pop();
             continue;
@@ -69,6 +74,24 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         });
     }
     out
+}
+
+/// Whether a law changes what is foretold of held-out interactions by enough, where that is known well, for them to judge it.
+fn judged(family: &dyn Family, before: &Fit, after: &Fit, law: usize) -> bool {
+    let kind = family.about(law);
+    let (mut square, mut total) = (0.0, 0.0);
+    for g in (0..family.groups().len()).filter(|g| family.groups()[*g].held_out) {
+        let channels = family.groups()[g].channels.iter();
+        let own = channels.flat_map(|c| std::iter::repeat_n(c.kind == kind, c.measured.len()));
+        let changes = left(family, before, g, true)
+            .into_iter()
+            .zip(left(family, after, g, true));
+        for (((a, b), w), _) in changes.zip(weights(family, g)).zip(own).filter(|(_, own)| *own) {
+            square += (w * (a - b)).powi(2);
+            total += w * w;
+        }
+    }
+    (square / f64::max(total, 1e-30)).sqrt() > TELLS * family.kinds().get(kind).map_or(0.0, |k| k.sigma)
 }
 
 /// Whether held-out interactions are foretold worse by more than noise at rest and repeats leave open: an effect that they do not meet leaves them

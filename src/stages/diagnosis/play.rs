@@ -38,26 +38,26 @@ const LEAST: f64 = 5e-4;
 const FAR: f64 = 4e-3;
 
 /// One reading: where hand and child are along the freedom, how fast they go, and what the hand feels.
-struct Reading {
-    hand: f64,
-    child: f64,
-    hand_speed: f64,
-    child_speed: f64,
-    load: f64,
+pub(super) struct Reading {
+    pub hand: f64,
+    pub child: f64,
+    pub hand_speed: f64,
+    pub child_speed: f64,
+    pub load: f64,
 }
 
 /// What one motion says.
-struct Led {
-    interaction: String,
-    held_out: bool,
+pub(super) struct Led {
+    pub interaction: String,
+    pub held_out: bool,
     /// Half the difference between the two ways, with its standard deviation, and the middle, rad or m.
-    half: (f64, f64),
-    middle: f64,
+    pub half: (f64, f64),
+    pub middle: f64,
     /// Metres at the hand for each unit of the joint.
-    lever: f64,
+    pub lever: f64,
     /// Load while it moves, N·m or N.
-    load: f64,
-    readings: Vec<Reading>,
+    pub load: f64,
+    pub readings: Vec<Reading>,
 }
 
 /// Play between hand and child of every joint of which none is `named` yet.
@@ -185,7 +185,7 @@ fn rms(all: &[&Led], half: f64) -> f64 {
 }
 
 /// A motion of a joint whose child a hand holds, both followed, to and fro.
-fn led(interaction: &Interaction, segmented: &[Segmented], model: &Model, joint: &Joint) -> Option<Led> {
+pub(super) fn led(interaction: &Interaction, segmented: &[Segmented], model: &Model, joint: &Joint) -> Option<Led> {
     interaction.tool.as_ref().filter(|t| t.pin || t.grip)?;
     let (path, track) = (interaction.tool_path.as_ref()?, interaction.tracks.get(&joint.child)?);
     if interaction.kind != Kind::Pull {

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::evidence::tare_of;
 use super::facts::subject;
+use super::joint_led::held_at_first;
 use crate::capture::{Capture, Interaction, Segmented};
 use crate::math::{interpolate, local_quadratic, robust_linear, t_quantile};
 use crate::twin::{Joint, JointKind, Model};
@@ -81,7 +82,11 @@ fn add_rows(interaction: &Interaction, cut: &Segmented, joint: &Joint, rows: &mu
     }
     let axis = Vector3::from(joint.axis.value);
     let way: Vec<f64> = track.position.iter().map(|p| p.coords.dot(&axis)).collect();
-    let tare = tare_of(interaction, cut).force;
+    let tare = if held_at_first(interaction, cut) {
+        Vector3::zeros()
+    } else {
+        tare_of(interaction, cut).force
+    };
     let along: Vec<f64> = stream.force.iter().map(|f| (f - tare).dot(&axis)).collect();
     let way: Vec<f64> = stream
         .time

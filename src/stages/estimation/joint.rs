@@ -8,6 +8,7 @@ use super::drive::{Drive, drive_of};
 use super::facts::{Ground, subject};
 use super::joint_effort::{friction_of, joint_effort};
 use super::joint_law::{Number, Setting, Trial, law_of};
+use super::joint_led::{beside_bias, untared};
 use super::joint_load::{JointAtWork, JointLoad, Span, go_on_over_turns, joint_loads};
 use super::joint_matter::{Carried, family};
 use super::parting::{Parted, part};
@@ -76,6 +77,7 @@ pub(super) fn joint_dynamics(
                 .interactions
                 .iter()
                 .all(|i| !i.tracks.contains_key(&joint.child)),
+            untared: untared(capture, segmented, &joint),
         };
         let mut found = conclude(&trials, &setting, (drag, parted), &joint, notices);
         if let Some(driven) = drive_of(capture, segmented, &joint, model) {
@@ -250,7 +252,9 @@ fn conclude(
         friction: Some(friction),
         damping: law.damping.map(|d| resists(d, units[1])),
         stiffness: law.spring.map(|s| resists(s, units[2])),
-        rest: law.rest.map(|r| estimate(r, units[3])),
+        rest: law
+            .rest
+            .map(|r| beside_bias(estimate(r, units[3]), law.spring, units[0], setting.untared)),
     }
 }
 

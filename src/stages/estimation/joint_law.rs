@@ -55,6 +55,8 @@ pub(super) struct Setting<'a> {
     pub form: f64,
     /// Of what hangs on it nothing is known: its inertia is in the loads.
     pub unknown: bool,
+    /// No force was ever read without a load.
+    pub untared: bool,
 }
 
 /// Which terms are in, beside friction, a constant and matter.
@@ -300,6 +302,7 @@ mod tests {
         scatter: 0.015,
         form: 0.007,
         unknown: false,
+        untared: false,
     };
 
     /// Five touches to and fro at five speeds; `stray` is how far the friction of each is off, as a share.

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Config;
 use super::evidence::{MeanWrench, Tare, mean_wrench, motion_at, tare_of, tool_at};
+use super::joint_led::held_at_first;
 use super::standing::standing;
 use crate::capture::{Interaction, PoseStream, Segmented, WrenchStream, path_of, position_noise};
 use crate::math::quantile;
@@ -25,7 +26,7 @@ pub struct JointLoad {
     pub position: f64,
     /// rad/s or m/s.
     pub speed: f64,
-    /// Standard deviation of the speed for unit noise of the track, 1/s.
+    /// Standard deviation of the speed for unit noise of the position along the freedom, 1/s.
     pub speed_gain: f64,
     /// rad/s² or m/s², acceleration of the child along the freedom: of a slide the absolute one, of a hinge that
     /// against the parent.
@@ -34,19 +35,21 @@ pub struct JointLoad {
 
 /// A joint in one interaction that handles its child.
 pub(super) struct JointAtWork<'a> {
-    interaction: &'a Interaction,
-    joint: &'a Joint,
-    child: &'a Link,
-    parent: Option<&'a Link>,
+    pub(super) interaction: &'a Interaction,
+    pub(super) joint: &'a Joint,
+    pub(super) child: &'a Link,
+    pub(super) parent: Option<&'a Link>,
     tare: Tare,
     /// Path of the point that is held, where the child itself was not tracked.
     hand: Option<&'a PoseStream>,
     /// Where that point is at the joint's position 0.
     held: Point3<f64>,
     /// Where the parent stands throughout, if it does.
-    stands: Option<Isometry3<f64>>,
+    pub(super) stands: Option<Isometry3<f64>>,
     /// Path of a tool that holds the tracked child and is known more finely than the track.
-    leads: Option<&'a PoseStream>,
+    pub(super) leads: Option<&'a PoseStream>,
+    /// Where that tool was at first, and the joint's position there, rad or m.
+    pub(super) led_from: Option<(Point3<f64>, f64)>,
 }
 
 /// Span over which a block is averaged, and half the span of the parabola that gives velocities, s.
@@ -122,13 +125,13 @@ impl<'a> JointAtWork<'a> {
         let holds = interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin)
             && super::facts::subject(interaction, cut) == Some(joint.child.as_str());
         let finer = |tool: &&PoseStream| position_noise(&[*tool]) <= position_noise(&[path]);
-        Some(Self {
+        let mut at_work = Self {
             interaction,
             joint,
             child,
             parent: model.twin.link(&joint.parent),
             // A hand that holds from the first row on shows no tare.
-            tare: if hand.is_some() {
+            tare: if hand.is_some() || held_at_first(interaction, cut) {
                 Tare::default()
             } else {
                 tare_of(interaction, cut)
@@ -141,7 +144,10 @@ impl<'a> JointAtWork<'a> {
                 .as_ref()
                 .filter(|_| holds && hand.is_none())
                 .filter(finer),
-        })
+            led_from: None,
+        };
+        at_work.led_from = at_work.led_at_first();
+        Some(at_work)
     }
 
     /// True where nothing but the path of what holds the child tells how it moves.
@@ -152,18 +158,6 @@ impl<'a> JointAtWork<'a> {
     /// True where the tool's own path tells how the child moves.
     pub fn led(&self) -> bool {
         self.leads.is_some()
-    }
-
-    /// Speed and acceleration along the freedom, and the speed's gain of noise, by the tool that holds the child;
-    /// `way` is how its point moves as the joint does, `parent` how it would move with the parent.
-    fn by_tool(&self, t: f64, half: Option<f64>, way: &Vector3<f64>, parent: &Vector3<f64>) -> Option<[f64; 3]> {
-        let m = motion_at(self.leads?, t, half?)?;
-        let square = way.norm_squared().max(1e-12);
-        Some([
-            way.dot(&(m.velocity - parent)) / square,
-            way.dot(&m.acceleration) / square,
-            m.velocity_gain / square.sqrt(),
-        ])
     }
 
     /// The load of the hand where nothing but its path is known, in the block about `t`.
@@ -200,7 +194,7 @@ impl<'a> JointAtWork<'a> {
             aside: aside(&axis, &w.force),
             position: axis.dot(&home.cross(&out)).atan2(home.dot(&out)),
             speed: way.dot(&m.velocity) / radius.powi(2),
-            speed_gain: m.velocity_gain / radius,
+            speed_gain: m.velocity_gain,
             acceleration: way.dot(&m.acceleration) / radius.powi(2),
         })
     }
@@ -249,7 +243,9 @@ impl<'a> JointAtWork<'a> {
                 load: moment.dot(&axis),
                 lever: axis.cross(&arm).norm(),
                 aside: aside(&self.joint.axis.value.into(), &moved.inverse_transform_vector(&w.force)),
-                position: turn.scaled_axis().dot(&Vector3::from(joint.axis.value)),
+                position: self
+                    .position_by_tool(t, span.led, &axis, &origin)
+                    .unwrap_or_else(|| turn.scaled_axis().dot(&Vector3::from(joint.axis.value))),
                 speed,
                 speed_gain,
                 acceleration,
@@ -268,7 +264,9 @@ impl<'a> JointAtWork<'a> {
             load: w.force.dot(&axis),
             lever: 1.0,
             aside: [0.0; 2],
-            position: shift.dot(&axis),
+            position: self
+                .position_by_tool(t, span.led, &axis, &origin)
+                .unwrap_or_else(|| shift.dot(&axis)),
             speed,
             speed_gain,
             acceleration,

@@ -24,6 +24,7 @@ mod inertial;
 mod joint;
 mod joint_effort;
 mod joint_law;
+mod joint_led;
 mod joint_load;
 mod joint_matter;
 mod lean;

@@ -1,0 +1,230 @@
+//! Tracks that come later, or earlier, than the tool that holds what is tracked: they trail its path by its speed times the delay.
+//!
+//! Along the freedom of a joint `hand - child = tau q' + play sgn(q') + give load + c`, motion by motion: play and a grip that
+//! gives are fitted beside it.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::play::{Led, Reading, led};
+use super::told::{Told, gain};
+use crate::base::Estimate;
+use crate::capture::{Capture, Segmented};
+use crate::math::{bayesian_linear, effective_samples, mad_sd, random_effects};
+use crate::twin::{Finding, Joint, JointKind, Model};
+
+/// Fewest motions that have to tell, and readings of one.
+const FEWEST: usize = 2;
+const READINGS: usize = 20;
+/// Standard deviations, and the least delay, s.
+const CLEAR: f64 = 6.0;
+const LEAST: f64 = 8e-3;
+/// Scatter from motion to motion that is expected, s, and the most that there may be, as a share.
+const SCATTER: f64 = 1e-3;
+const ALIKE: f64 = 0.25;
+/// Share of what hand and child are apart that the delay has to take away.
+const WORTH: f64 = 0.5;
+/// Standard deviations of what is fitted beside it, in units of what hand and child are apart by.
+const OPEN: f64 = 3.0;
+
+/// By how much the tracks of a capture come later than what the tool does.
+pub(super) struct HandDelay {
+    /// s, with its standard deviation.
+    seconds: (f64, f64),
+    joint: String,
+    turns: bool,
+    from: Vec<String>,
+    /// Root mean squares of what hand and child are apart, without and with it, rad or m.
+    left: [f64; 2],
+    held_out: Vec<String>,
+}
+
+/// What one motion says: the delay with its standard deviation, s.
+fn one(led: &Led) -> Option<(f64, f64)> {
+    let r = &led.readings;
+    if r.len() < READINGS {
+        return None;
+    }
+    let apart = DVector::from_iterator(r.len(), r.iter().map(|r| r.hand - r.child));
+    let fastest = r.iter().map(|r| r.hand_speed.abs()).fold(0.0, f64::max);
+    let size = apart.iter().map(|x| x.abs()).fold(1e-9, f64::max);
+    let columns: [fn(&Reading, f64, f64) -> f64; 4] = [
+        |r, fastest, _| r.hand_speed / fastest,
+        |r, fastest, _| (r.hand_speed / (0.1 * fastest)).clamp(-1.0, 1.0),
+        |r, _, load| r.load / load,
+        |_, _, _| 1.0,
+    ];
+    let a = DMatrix::from_fn(r.len(), 4, |i, k| columns[k](&r[i], fastest.max(1e-9), led.load));
+    let open = DVector::from_element(4, OPEN * size);
+    let (mut noise, mut memory) = (0.1 * size, 1.0);
+    let mut found = None;
+    for _ in 0..6 {
+        let weights = DVector::from_element(r.len(), 1.0 / (memory * noise * noise));
+        let fit = bayesian_linear(&a, &apart, &weights, &DVector::zeros(4), &open)?;
+        noise = mad_sd(fit.residuals.as_slice())?.max(1e-4 * size);
+        memory = (r.len() as f64 / effective_samples(fit.residuals.as_slice())).max(1.0);
+        found = Some((fit.x[0] / fastest, fit.sd(0) / fastest));
+    }
+    found
+}
+
+/// Root mean square of what a delay leaves of how far hand and child are apart.
+fn rms(all: &[&Led], tau: f64) -> f64 {
+    let (mut square, mut count) = (0.0, 0.0);
+    for led in all {
+        let left: Vec<f64> = led
+            .readings
+            .iter()
+            .map(|r| r.hand - r.child - tau * r.hand_speed)
+            .collect();
+        let mean = left.iter().sum::<f64>() / left.len().max(1) as f64;
+        square += left.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+        count += left.len() as f64;
+    }
+    (square / f64::max(count, 1.0)).sqrt()
+}
+
+/// How often the delay is read anew from tracks that were put right by it: readings are means over a while.
+const ROUNDS: usize = 2;
+
+/// The delay that the joint tells which tells it best.
+pub(super) fn hand_delay(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<HandDelay> {
+    let mut late = best(capture, segmented, model)?;
+    for _ in 0..ROUNDS {
+        let righted = late.undone(capture);
+        let joint = model.twin.joints().find(|j| j.name == late.joint)?;
+        let each = righted.interactions.iter().filter(|i| !i.held_out);
+        let each: Vec<(f64, f64)> = each.filter_map(|i| one(&led(i, segmented, model, joint)?)).collect();
+        let (values, sds): (Vec<f64>, Vec<f64>) = each.into_iter().unzip();
+        let more = random_effects(&values, &sds, SCATTER)?;
+        late.seconds.0 += more.mean;
+        late.seconds.1 = more.sd;
+    }
+    Some(late)
+}
+
+fn best(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<HandDelay> {
+    let kinds = |j: &&Joint| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic);
+    let joints = model.twin.joints().filter(kinds);
+    let found = joints.filter_map(|joint| {
+        let each = capture
+            .interactions
+            .iter()
+            .filter_map(|i| led(i, segmented, model, joint));
+        of_joint(joint, &each.collect::<Vec<Led>>())
+    });
+    found.min_by(|a, b| a.seconds.1.total_cmp(&b.seconds.1))
+}
+
+fn of_joint(joint: &Joint, all: &[Led]) -> Option<HandDelay> {
+    let fitted: Vec<(&Led, (f64, f64))> = all
+        .iter()
+        .filter(|l| !l.held_out)
+        .filter_map(|l| Some((l, one(l)?)))
+        .collect();
+    if fitted.len() < FEWEST {
+        return None;
+    }
+    let (values, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|f| f.1).unzip();
+    let pooled = random_effects(&values, &sds, SCATTER)?;
+    let held: Vec<&Led> = all.iter().filter(|l| l.held_out).collect();
+    let judged: Vec<&Led> = if held.is_empty() {
+        fitted.iter().map(|f| f.0).collect()
+    } else {
+        held.clone()
+    };
+    let left = [0.0, pooled.mean].map(|tau| rms(&judged, tau));
+    let clear = pooled.mean.abs() > CLEAR * pooled.sd && pooled.mean.abs() > LEAST;
+    let alike = pooled.between < ALIKE * pooled.mean.abs();
+    (clear && alike && left[1] < (1.0 - WORTH) * left[0]).then(|| HandDelay {
+        seconds: (pooled.mean, pooled.sd),
+        joint: joint.name.clone(),
+        turns: joint.kind == JointKind::Revolute,
+        from: fitted.iter().map(|f| f.0.interaction.clone()).collect(),
+        left,
+        held_out: held.iter().map(|l| l.interaction.clone()).collect(),
+    })
+}
+
+impl HandDelay {
+    /// The capture with every track on the clock of the tool.
+    pub fn undone(&self, capture: &Capture) -> Capture {
+        let mut out = capture.clone();
+        for track in out.interactions.iter_mut().flat_map(|i| i.tracks.values_mut()) {
+            track.time.iter_mut().for_each(|t| *t -= self.seconds.0);
+        }
+        out
+    }
+
+    /// As `diagnosis.json` says it.
+    pub fn finding(&self) -> Finding {
+        let (tau, sd) = self.seconds;
+        let (quantity, unit) = if self.turns {
+            ("angle", "rad")
+        } else {
+            ("position", "m")
+        };
+        let side = if tau > 0.0 { "behind" } else { "ahead of" };
+        let told = Told {
+            cause: "time-delay",
+            place: "sensor",
+            probability: 0.95,
+            rivals: &[],
+            parameter: (
+                "tau",
+                Estimate::measured(tau, sd, "s", self.from.clone(), "way of hand and joint"),
+            ),
+            residual: "way of the hand",
+            statistic: tau.abs() / sd,
+            words: format!(
+                "what is tracked at {} is {:.0} ms {side} the tool that holds it",
+                self.joint,
+                1e3 * tau.abs()
+            ),
+            gain: gain(quantity, unit, self.left, self.held_out.clone()),
+        };
+        told.finding()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hand to and fro at changing speed, on dry friction with a spring, that what is tracked follows `tau` later; in a grip
+    /// that gives by `give` under the friction.
+    fn motion(tau: f64, give: f64) -> Led {
+        let way = |t: f64| 0.2 * (0.9 * t).sin() + 0.05 * (2.3 * t).cos();
+        let speed = |t: f64| 0.18 * (0.9 * t).cos() - 0.115 * (2.3 * t).sin();
+        let load = |t: f64| 4.0 * speed(t).signum() + 20.0 * way(t);
+        let one = |i: u32| {
+            let t = 0.04 * f64::from(i);
+            let ripple = 1e-4 * (f64::from(i * 37 % 11) - 5.0) / 5.0;
+            Reading {
+                hand: way(t),
+                child: way(t - tau) - give * load(t) / 4.0 + ripple,
+                hand_speed: speed(t),
+                child_speed: speed(t - tau),
+                load: load(t),
+            }
+        };
+        Led {
+            interaction: "pull".into(),
+            held_out: false,
+            half: (0.0, 1e-4),
+            middle: 0.0,
+            lever: 1.0,
+            load: 4.0,
+            readings: (0..300).map(one).collect(),
+        }
+    }
+
+    #[test]
+    fn a_delay_is_told_from_a_grip_that_gives() {
+        for tau in [0.06, -0.03] {
+            let (said, sd) = one(&motion(tau, 2e-3)).expect("a delay");
+            assert!((said - tau).abs() < 3e-3 && sd < 2e-3, "{said} ± {sd} for {tau}");
+        }
+        let (none, _) = one(&motion(0.0, 4e-3)).expect("readings");
+        assert!(none.abs() < 2e-3, "{none}");
+    }
+}

@@ -129,8 +129,6 @@ struct World<'a> {
     noise: [f64; 2],
     /// By how much the tracks are late, rows.
     late: usize,
-    /// A link that goes along by this share.
-    carries: Option<f64>,
 }
 
 impl World<'_> {
@@ -154,9 +152,6 @@ impl World<'_> {
             };
             link("case", &still, -0.1);
             link("leaf", &seen, 0.3);
-            if let Some(share) = self.carries {
-                link("mid", &seen.iter().map(|q| share * q).collect::<Vec<f64>>(), 0.15);
-            }
             let force = WrenchStream {
                 time: time.clone(),
                 force,
@@ -207,14 +202,6 @@ impl World<'_> {
     }
 }
 
-fn door() -> Guide {
-    Guide {
-        axis: Vector3::z(),
-        origin: Some(Point3::new(0.0, 0.0, 0.5)),
-        hand: Point3::new(0.4, 0.0, 0.5),
-    }
-}
-
 fn drawer() -> Guide {
     Guide {
         axis: Vector3::x(),
@@ -256,23 +243,6 @@ fn parameter(run: &Run, cause: &str, name: &str) -> f64 {
 }
 
 #[test]
-fn a_clean_door_that_is_snatched_has_inertia_and_nothing_else() {
-    let law = |w: &Way, i: usize| 0.5 * w.gain[i] + 0.6 * dry(w.speed[i]);
-    let world = World {
-        guide: door(),
-        law: &law,
-        noise: [3e-4, 2e-3],
-        late: 0,
-        carries: None,
-    };
-    let speeds: Vec<f64> = (0..24).map(|i| 0.2 + 0.8 * f64::from(i * 7 % 24) / 23.0).collect();
-    let run = world.run(&out_and_back(0.6, &speeds, 100.0));
-    assert_eq!(names(&run), []);
-    let friction = joint(&run, "leaf").friction.as_ref().expect("friction");
-    assert!((friction.value / 0.6 - 1.0).abs() < 0.02, "{friction:?}");
-}
-
-#[test]
 fn tracks_behind_the_hand_are_a_delay_and_no_damping() {
     let law = |w: &Way, i: usize| 3.0 * w.gain[i] + 4.0 * dry(w.speed[i]) + 25.0 * w.position[i];
     let world = World {
@@ -280,7 +250,6 @@ fn tracks_behind_the_hand_are_a_delay_and_no_damping() {
         law: &law,
         noise: [2e-4, 1e-3],
         late: 12,
-        carries: None,
     };
     let way = |v: &f64| Way::new(&[(0.0, 0.0), (0.3, *v), (0.05, *v), (0.25, *v), (0.0, *v)], 200.0);
     let ways: Vec<Way> = [0.1, 0.2, 0.4, 0.6, 0.1, 0.2, 0.4, 0.6].iter().map(way).collect();
@@ -300,43 +269,6 @@ fn tracks_behind_the_hand_are_a_delay_and_no_damping() {
 }
 
 #[test]
-fn an_end_that_gives_begins_where_it_is_felt() {
-    let law = |w: &Way, i: usize| 0.5 * w.gain[i] + 0.6 * dry(w.speed[i]) + 40.0 * (w.position[i] - 1.2).max(0.0);
-    let world = World {
-        guide: door(),
-        law: &law,
-        noise: [3e-4, 2e-3],
-        late: 0,
-        carries: None,
-    };
-    let run = world.run(&out_and_back(1.3, &[0.2, 0.5, 0.8, 0.6, 0.2, 0.5, 0.8, 0.6], 100.0));
-    assert_eq!(
-        names(&run).first().map(|n| n.0),
-        Some("limit-compliance"),
-        "{:?}",
-        names(&run)
-    );
-    assert!((parameter(&run, "limit-compliance", "q_limit") - 1.2).abs() < 0.01);
-    let limits = joint(&run, "leaf").limits.as_ref().expect("an end");
-    assert!((limits.value[1] - 1.2).abs() < 0.03, "{limits:?}");
-}
-
-#[test]
-fn a_slide_within_a_slide_is_geared_to_it() {
-    let law = |w: &Way, i: usize| 3.0 * w.gain[i] + 6.0 * dry(w.speed[i]);
-    let world = World {
-        guide: drawer(),
-        law: &law,
-        noise: [2e-4, 1e-3],
-        late: 0,
-        carries: Some(0.5),
-    };
-    let run = world.run(&out_and_back(0.4, &[0.1, 0.2, 0.3, 0.2, 0.1], 100.0));
-    assert_eq!(names(&run), [("joint-coupling", 0.95)]);
-    assert!((parameter(&run, "joint-coupling", "rho").abs() - 0.5).abs() < 0.02);
-}
-
-#[test]
 fn a_weight_that_is_held_from_the_first_row_on_is_no_tare() {
     let law = |w: &Way, i: usize| 0.08 * w.gain[i] + 0.05 * dry(w.speed[i]) + 0.88 * w.position[i].cos();
     let guide = Guide {
@@ -349,7 +281,6 @@ fn a_weight_that_is_held_from_the_first_row_on_is_no_tare() {
         law: &law,
         noise: [3e-4, 2e-3],
         late: 0,
-        carries: None,
     };
     let run = world.run(&out_and_back(1.3, &[0.2, 0.4, 0.8, 0.3, 0.5], 100.0));
     assert_eq!(

@@ -13,7 +13,7 @@ use crate::base::Notices;
 use crate::geometry::{Mesh, UnionFind, number_sets, submesh};
 
 /// Tints farther apart than this are different colours, in units of 8 bits of chromaticity.
-const UNLIKE: f64 = 25.0;
+pub const UNLIKE: f64 = 25.0;
 /// Opening of the surface, the difference of the normals along the way, beyond which it folds inwards.
 const INWARDS: f64 = -0.25;
 /// Share of a border that folds inwards, where two things meet, and where they may.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
+use super::colours::UNLIKE;
 use super::discover::Thing;
 use super::seams::{large_patches, of_vertices};
 use crate::base::Notices;
@@ -137,6 +138,11 @@ fn labels_of_large(
         .map(|(_, o)| large.iter().map(|k| (o - middle(*k)).norm()).collect())
         .collect();
     let chosen: Vec<usize> = cheapest_assignment(&cost).into_iter().map(|i| large[i]).collect();
+    // A scrap is a thing of its own where its colour says so: of what is all of one colour the frames know better.
+    let alike = |a: usize, b: usize| (tints[chosen[a]] - tints[chosen[b]]).norm() < UNLIKE;
+    if least_share < LEAST_SHARE[0] && (0..chosen.len()).any(|a| (0..a).any(|b| alike(a, b))) {
+        return None;
+    }
     let owner: Vec<u32> = (0..count)
         .map(|k| {
             let unlike = |other: usize| TINT_METRES * (tints[k] - tints[other]).norm();

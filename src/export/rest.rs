@@ -5,13 +5,16 @@ use std::fmt;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
-use super::engine::Engine;
+use super::engine::{Engine, STEP};
 use super::scene::{Attachment, Part, Scene};
 use crate::twin::{JointKind, Model};
 
 /// Steps to settle; steps in all of a check.
 const SETTLED: usize = 250;
 pub(super) const STEPS: usize = 2500;
+/// Steps after which what falls freely shows, and the share of a free fall's way that tells it.
+const RELEASED: usize = 20;
+const FREE: f64 = 0.9;
 /// Drift, m, and turn, rad, after settling, and the way there, m, above which a part does not rest.
 const LATE_DRIFT: f64 = 1e-3;
 const LATE_TURN: f64 = 0.5 * std::f64::consts::PI / 180.0;
@@ -33,13 +36,15 @@ pub struct RestResult {
     /// It hangs on a planar joint, or on a spherical one without friction, whose freedom nothing brakes: where it glides or
     /// swings to says nothing.
     pub glides: bool,
+    /// It was seen in the air at first (thrown, or held up), touches nothing and falls.
+    pub falls: bool,
 }
 
 impl RestResult {
     /// Whether the part stays where it is.
     pub fn is_calm(&self) -> bool {
         let still = self.late_drift < LATE_DRIFT && self.late_turn < LATE_TURN;
-        self.finite && (self.glides || (self.settling < SETTLING && still))
+        self.finite && (self.glides || ((self.falls || self.settling < SETTLING) && still))
     }
 }
 
@@ -47,9 +52,14 @@ impl fmt::Display for RestResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (settling, late) = (1e3 * self.settling, 1e3 * self.late_drift);
         let turn = self.late_turn.to_degrees();
+        let settles = if self.falls {
+            "in the air at first, falls"
+        } else {
+            "settles"
+        };
         write!(
             f,
-            "{}: settles by {settling:.3} mm, then drifts {late:.3} mm and {turn:.3} degrees",
+            "{}: {settles} by {settling:.3} mm, then drifts {late:.3} mm and {turn:.3} degrees",
             self.part
         )?;
         if self.finite {
@@ -67,7 +77,9 @@ pub(super) fn rest_for(scene: &Scene, model: &Model, steps: usize) -> Vec<RestRe
         return Vec::new();
     };
     let start = poses(&engine);
-    (0..SETTLED).for_each(|_| engine.step());
+    (0..RELEASED).for_each(|_| engine.step());
+    let released = poses(&engine);
+    (RELEASED..SETTLED).for_each(|_| engine.step());
     let settled = poses(&engine);
     (SETTLED..steps).for_each(|_| engine.step());
     let end = poses(&engine);
@@ -83,6 +95,11 @@ pub(super) fn rest_for(scene: &Scene, model: &Model, steps: usize) -> Vec<RestRe
             late_turn: settled[i].1.angle_to(&end[i].1),
             finite: end[i].0.iter().all(|v| v.is_finite()),
             glides: part.attachment.as_ref().is_some_and(glides),
+            falls: {
+                let gravity = Vector3::from(model.twin.felt_gravity());
+                let fallen = 0.5 * (RELEASED as f64 * STEP).powi(2) * gravity;
+                (released[i].0 - start[i].0).dot(&gravity) > FREE * fallen.dot(&gravity)
+            },
         })
         .collect()
 }

@@ -14,6 +14,8 @@ pub struct PushPrediction {
     pub prediction: Prediction,
     /// Times in which the tool touched.
     pub contact: Vec<(f64, f64)>,
+    /// What rides on the pushed link, and is taken to go with it.
+    pub carried: Vec<String>,
 }
 
 /// Seconds of one step of the simulation; the tool's path is averaged over four.
@@ -70,6 +72,7 @@ fn carry(out: &mut PushPrediction, target: &str, carried: &[(String, Pose)]) {
         out.prediction
             .poses
             .insert(name.clone(), path.iter().map(|p| *p * *relative).collect());
+        out.carried.push(name.clone());
     }
 }
 

@@ -76,7 +76,11 @@ fn blocks(curve: &super::Curve) -> Vec<Vec<usize>> {
 fn gather<'a>(traces: impl Iterator<Item = &'a Trace>) -> BTreeMap<Quantity, Sums> {
     let mut all: BTreeMap<Quantity, Sums> = BTreeMap::new();
     for curve in traces.flat_map(|t| &t.curves) {
-        let reference = curve.measured.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0);
+        // Forces count from nought, their tare is taken out; places from where they began.
+        let reference = match curve.quantity {
+            Quantity::Force | Quantity::Torque => 0.0,
+            _ => curve.measured.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0),
+        };
         for (measured, predicted) in pairs(curve) {
             let sums = all.entry(curve.quantity).or_default();
             sums.count += 1.0;

@@ -173,6 +173,8 @@ fn lift(scene: &Scene, action: &Action) -> Outcome {
         .twin
         .link(&action.target)
         .ok_or("the lifted link is not in the twin")?;
+    // Means over the binned force, of a path that the tool held to: the weight, and what speeds it up.
+    let speeding = |t: f64| rate(&action.tool.time, &height, t, SPEEDING);
     let weight = predict_lift(link, &action.start[&action.target], &action.tool.position[0], &gravity).map_or(
         -gravity * total,
         |(f, _)| {
@@ -183,10 +185,12 @@ fn lift(scene: &Scene, action: &Action) -> Outcome {
                     .map_or(total, |(_, m)| *m))
         },
     );
-    let predicted = raised
-        .iter()
-        .map(|h| if *h > 0.004 { weight.dot(&up) } else { f64::NAN })
-        .collect();
+    // Where the tool starts or stops the force is a blow.
+    let predicted = raised.iter().zip(&time).map(|(h, t)| {
+        let acceleration = speeding(*t).filter(|a| *h > 0.004 && a.abs() < BLOW);
+        acceleration.map_or(f64::NAN, |a| weight.dot(&up) + total * a)
+    });
+    let predicted = predicted.collect();
     let mut curves = vec![Curve {
         label: "force upwards".into(),
         quantity: Quantity::Force,
@@ -201,6 +205,22 @@ fn lift(scene: &Scene, action: &Action) -> Outcome {
         paths: raised_paths(scene, action, &height, ground),
         ..Predicted::default()
     })
+}
+
+/// Half the span over which a tool's acceleration is taken, s, and the acceleration from which it starts or stops, m/s².
+const SPEEDING: f64 = 0.08;
+const BLOW: f64 = 0.3;
+
+/// Second derivative of `values` at `t`, from means over two spans of `half` before and after and the one between.
+fn rate(time: &[f64], values: &[f64], t: f64, half: f64) -> Option<f64> {
+    let mean = |from: f64, to: f64| {
+        let rows = time.partition_point(|x| *x < from)..time.partition_point(|x| *x < to);
+        let finite: Vec<f64> = values[rows].iter().copied().filter(|v| v.is_finite()).collect();
+        (!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64)
+    };
+    let third = 2.0 * half / 3.0;
+    let at = |k: f64| mean(t + (k - 0.5) * third, t + (k + 0.5) * third);
+    Some((at(1.0)? - 2.0 * at(0.0)? + at(-1.0)?) / (third * third))
 }
 
 /// The same as poses.

@@ -170,7 +170,7 @@ impl Observed {
             .as_ref()
             .filter(|m| m.is_measured() && action.tool.hold != Hold::Push);
         borne(&mut states, scene, &normal, held.map(|m| m.value * action.gravity));
-        let (states, measured, spread) = windows(&states, &measured, &along);
+        let (states, measured, spread) = windows(&states, &measured, &along, noise?);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
         let largest = finite.fold(0.0, f64::max);
         Some(Self {
@@ -336,6 +336,9 @@ const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
 /// Width of the windows after that, m.
 pub const WIDTH: f64 = 8e-3;
 
+/// Readings of a window whose mean has the noise that is taken for all.
+pub const USUAL: f64 = 9.0;
+
 /// Which window a moment falls into.
 fn window(s: &State, i: usize) -> usize {
     if !s.contact {
@@ -351,6 +354,7 @@ fn windows(
     states: &[State],
     measured: &[Vector2<f64>],
     along: &Vector2<f64>,
+    noise: f64,
 ) -> (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) {
     let mut out: (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) = Default::default();
     let mut from = 0;
@@ -387,8 +391,9 @@ fn windows(
         let size = measured[from..to].iter().map(|m| m.norm()).sum::<f64>() / n;
         let direction = force.try_normalize(1e-9).unwrap_or(*along);
         out.1.push(if middle.contact { direction * size } else { force });
-        // Neighbouring readings ring together.
-        out.2.push((3.0 * spread / n).sqrt());
+        // Neighbouring readings ring together; a window of a few has the noise of a few.
+        let few = noise * noise * (1.0 / n - 1.0 / USUAL).max(0.0);
+        out.2.push((3.0 * spread / n).max(few).sqrt());
         from = to;
     }
     out

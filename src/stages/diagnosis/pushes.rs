@@ -11,7 +11,7 @@ use super::predict::Scene;
 use super::push_catalogue::push_laws;
 use super::push_laws;
 use super::push_motion::paces;
-use super::push_states::{History, Observed, State, WIDTH, excuse_blows};
+use super::push_states::{History, Observed, State, USUAL, WIDTH, excuse_blows};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
@@ -104,7 +104,7 @@ impl Pushes {
         if out.sheet.groups.is_empty() {
             return None;
         }
-        let sigma = median(&noise)?.max(1e-4) / 3.0;
+        let sigma = median(&noise)?.max(1e-4) / USUAL.sqrt();
         let force = ChannelKind {
             quantity: Quantity::Force,
             sigma,

@@ -219,11 +219,7 @@ fn share_friction(
     let Some(sliding) = sliding_from(&pushes, &prior, config, None, name) else {
         return;
     };
-    let sum = group
-        .iter()
-        .map(|n| format!("friction_force.kinetic({n})"))
-        .collect::<Vec<_>>()
-        .join(" + ");
+    let sum = sum_in_words(name, &links);
     notices.warn(
         STAGE,
         name,
@@ -242,6 +238,24 @@ fn share_friction(
     for (part, portion) in links.iter().zip(portions(&masses, group_mass)) {
         write_share(twin, part, &sliding.kinetic, portion, group_mass, g, &known, &group);
     }
+}
+
+/// What a push of all parts tells. A part that also slid by itself rubs on what carries it: then the lead bears all weights.
+fn sum_in_words(name: &str, links: &[Link]) -> String {
+    let joined = |what: &str| {
+        let each = links.iter().map(|l| format!("{what}({})", l.name));
+        each.collect::<Vec<_>>().join(" + ")
+    };
+    if links.iter().any(slid_alone) {
+        format!("friction.kinetic({name}) * ({}) * g", joined("mass"))
+    } else {
+        joined("friction_force.kinetic")
+    }
+}
+
+/// Whether a push of a part by itself measured its friction force.
+fn slid_alone(link: &Link) -> bool {
+    link.friction_force.kinetic.as_ref().is_some_and(Estimate::is_measured)
 }
 
 #[expect(clippy::too_many_arguments, reason = "one row of the table of shares")]
@@ -278,12 +292,14 @@ fn write_share(
     };
     let Some(link) = twin.link_mut(&part.name) else { return };
     let relative = relative_sd(force);
-    link.friction_force.kinetic = Some(assumed(
-        force.value * portion.share,
-        portion.share_sd.hypot(relative),
-        "N",
-        "friction_force.kinetic",
-    ));
+    if !slid_alone(link) {
+        link.friction_force.kinetic = Some(assumed(
+            force.value * portion.share,
+            portion.share_sd.hypot(relative),
+            "N",
+            "friction_force.kinetic",
+        ));
+    }
     if link.mass.is_none() {
         link.mass = Some(assumed(mass.0 * portion.share, portion.mass_sd, "kg", "mass"));
     }

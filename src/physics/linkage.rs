@@ -16,6 +16,8 @@ use crate::twin::{Body, Joint, JointKind, Model};
 enum Freedom {
     Turn(Point2<f64>),
     Slide(Vector2<f64>),
+    /// None: glued.
+    Weld,
 }
 
 #[derive(Clone, Debug)]
@@ -96,6 +98,7 @@ impl Linkage {
         for joint in &body.joints {
             joints.push(plane_joint(joint, body, start, &turn)?);
         }
+        stand_on_the_lowest(&mut links, &joints);
         hang(&mut links, &joints, body);
         let anchored = body.links.first().is_some_and(|l| l.name == "world");
         let rubs = links.iter().any(|l| l.foot.is_some()) || anchored;
@@ -171,6 +174,7 @@ impl Linkage {
                     Vector2::new(-arm.y, arm.x)
                 }
                 Freedom::Slide(axis) => parent.rotation * axis,
+                Freedom::Weld => Vector2::zeros(),
             };
             linear.set_column(3 + k, &column);
             link = joint.parent;
@@ -285,6 +289,7 @@ impl Linkage {
                     Isometry2::new(centre.coords - (turn * centre).coords, joint.position)
                 }
                 Freedom::Slide(axis) => Isometry2::translation(axis.x * joint.position, axis.y * joint.position),
+                Freedom::Weld => Isometry2::identity(),
             };
             self.links[joint.child].moved = self.links[joint.parent].moved * relative;
         }
@@ -295,6 +300,32 @@ impl Linkage {
 fn slice(mesh: &Mesh, pose: &Isometry3<f64>, height: f64) -> Option<Footprint> {
     let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
     Footprint::section(&points, &mesh.triangles, height)
+}
+
+/// Height above the lower of two that are glued from which the upper one bears on nothing, m.
+const CLEAR: f64 = 5e-3;
+
+/// Of two that are glued the upper one does not rub on the support: what was given to it presses the lower one.
+fn stand_on_the_lowest(links: &mut [PlaneLink], joints: &[PlaneJoint]) {
+    for joint in joints.iter().filter(|j| matches!(j.freedom, Freedom::Weld)) {
+        let ground = |i: usize| links[i].foot.as_ref().map(|f| f.ground);
+        let (Some(a), Some(b)) = (ground(joint.parent), ground(joint.child)) else {
+            continue;
+        };
+        let (lower, upper) = if a < b {
+            (joint.parent, joint.child)
+        } else {
+            (joint.child, joint.parent)
+        };
+        if (a - b).abs() < CLEAR {
+            continue;
+        }
+        let lifted = links[upper].foot.take();
+        if let (Some(foot), Some(lifted)) = (links[lower].foot.as_mut(), lifted) {
+            foot.force += lifted.force;
+            foot.mass = foot.mass.zip(lifted.mass).map(|(a, b)| a + b);
+        }
+    }
 }
 
 /// The children without a foot hang on their parents: shares of the load by mass.
@@ -330,6 +361,7 @@ fn plane_joint(
     let freedom = match joint.kind {
         JointKind::Revolute if axis.z.abs() > 0.9 => Freedom::Turn(origin.xy()),
         JointKind::Prismatic if axis.z.abs() < 0.3 => Freedom::Slide(axis.xy().normalize()),
+        JointKind::Fixed => Freedom::Weld,
         _ => return None,
     };
     let number = |e: &Option<Estimate>| e.as_ref().map_or(0.0, |e| e.value);
@@ -337,13 +369,14 @@ fn plane_joint(
     // In the plane a turn counts about the normal, whichever way the axis points.
     let sign = match &freedom {
         Freedom::Turn(_) => axis.z.signum(),
-        Freedom::Slide(_) => 1.0,
+        Freedom::Slide(_) | Freedom::Weld => 1.0,
     };
     let first = carried * body.links[child].pose.0;
     let now = turn * start.get(&joint.child)?.0;
     let began = match &freedom {
         Freedom::Turn(_) => (now.rotation * first.rotation.inverse()).scaled_axis().z,
         Freedom::Slide(along) => (now.translation.vector - first.translation.vector).xy().dot(along),
+        Freedom::Weld => 0.0,
     };
     let ends = stated.map(|l| l.value.map(|x| sign * x));
     Some(PlaneJoint {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::doubt::{by_force, doubt};
 use crate::base::{Estimate, Status};
 use crate::stages::diagnosis::{Level, Number};
 use crate::twin::{Coupling, Detent, Diagnosis, Effect, Finding, Joint, Link, Model, RelationKind, Twin};
@@ -27,34 +28,8 @@ const OF_THE_RIG: [&str; 15] = [
 /// The largest draw of a notch of amplitude 1, `exp(-1/2)`; it lies at the notch's width.
 const DRAW: f64 = 0.606_530_66;
 
-/// What a body feels, or its sensor makes of it, while it speeds up or slides on as well, so that a mass that comes from that alone, by
-/// plain friction, is off.
-const FELT_AT_SPEED: [&str; 7] = [
-    "loose-mass",
-    "viscous-friction",
-    "velocity-weakening-friction",
-    "rate-state-friction",
-    "sensor-lag",
-    "time-delay",
-    "force-saturation",
-];
 /// Share of what a law takes off a number that its form leaves in doubt: another of the same cause takes more or less.
 const FORM: f64 = 0.25;
-/// Share of the sensor's range from which on a force may be one that was cut off.
-const NEAR_LIMIT: f64 = 0.8;
-/// By how much such a mass may be off, as a share.
-const OFF: f64 = 0.5;
-
-/// What takes work from a press whatever its speed, or by a memory of its own, so that a loop is no proof of damping.
-const WITHOUT_DAMPING: [&str; 6] = [
-    "guide-friction",
-    "elastic-hysteresis",
-    "softening-by-use",
-    "plastic-set",
-    "stress-relaxation",
-    "adhesion",
-];
-
 /// Causes that make a joint resist with its speed.
 const BY_SPEED: [&str; 3] = ["joint-quadratic-damping", "soft-close", "velocity-weakening-friction"];
 
@@ -70,25 +45,7 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
     for joint in model.twin.bodies.iter_mut().flat_map(|b| &mut b.joints) {
         damp(joint, &diagnosis.findings);
     }
-    let felt = |f: &&Finding| f.probability > 0.5 && FELT_AT_SPEED.contains(&f.cause.as_str());
-    if let Some(finding) = diagnosis.findings.iter().find(felt) {
-        doubt_masses(model, &finding.cause);
-    }
-    let cut_off = |f: &&Finding| f.probability > 0.5 && f.cause == "force-saturation";
-    if let Some(limit) = diagnosis
-        .findings
-        .iter()
-        .find(cut_off)
-        .and_then(|f| f.parameters.get("Fs"))
-    {
-        doubt_forces(model, limit.value);
-    }
-    let takes_work = |f: &&Finding| f.probability > 0.5 && WITHOUT_DAMPING.contains(&f.cause.as_str());
-    diagnosis
-        .findings
-        .iter()
-        .filter(takes_work)
-        .for_each(|f| doubt_damping(model, f));
+    doubt(model, diagnosis);
     let sure = diagnosis.findings.iter().filter(|f| f.probability > 0.5);
     for finding in sure.filter(|f| !OF_THE_RIG.contains(&f.cause.as_str())) {
         if !of_joint(&mut model.twin, finding) && !held(&model.twin, finding) {
@@ -100,11 +57,6 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
             });
         }
     }
-}
-
-/// Whether the force of a push is in it.
-fn by_force(friction: &Estimate) -> bool {
-    friction.method.contains("push") || !friction.method.starts_with("tilt")
 }
 
 /// A number of a link or a joint as it is beside what was named.
@@ -152,63 +104,6 @@ fn damp(joint: &mut Joint, findings: &[Finding]) {
     }
     let beside = named("joint-damping").and_then(|f| f.parameters.get("b")).cloned();
     joint.damping = beside;
-}
-
-/// The damping of what was pressed, where something else was found to take work from it.
-fn doubt_damping(model: &mut Model, finding: &Finding) {
-    let links = model.twin.bodies.iter_mut().flat_map(|b| &mut b.links);
-    // Of one body that was pressed the finding says `body`.
-    let own = links.filter(|l| l.name == finding.place || finding.place == "body");
-    for damping in own.filter_map(|l| l.damping.as_mut()) {
-        let most = damping.ci95.map_or(damping.value, |c| c[1]);
-        damping.status = Status::Assumed;
-        damping.ci95 = Some([0.0, most]);
-        damping.sd = damping.sd.map(|sd| sd.hypot(0.5 * most));
-        damping.method = format!("{}, which may be {}", damping.method, finding.cause);
-    }
-}
-
-/// Masses that come from how pushed bodies speed up and slide on: the law of friction that was taken for it was not the one.
-fn doubt_masses(model: &mut Model, cause: &str) {
-    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
-        let moved = |m: &Estimate| m.method.starts_with("accelerated-push");
-        let Some(mass) = link.mass.as_mut().filter(|m| moved(m)) else {
-            continue;
-        };
-        // Its friction is the force over its weight.
-        let friction = [link.friction.kinetic.as_mut(), link.friction.static_.as_mut()];
-        let friction = friction.into_iter().flatten().filter(|e| by_force(e));
-        for number in [mass].into_iter().chain(friction) {
-            let doubt = number.sd.unwrap_or(0.0).hypot(OFF * number.value);
-            number.status = Status::Assumed;
-            number.sd = Some(doubt);
-            let least = (number.value - 1.96 * doubt).max(0.05 * number.value);
-            number.ci95 = Some([least, number.value + 1.96 * doubt]);
-            number.method = format!("{}, by a friction without {cause}", number.method);
-        }
-    }
-}
-
-/// Friction forces that reach to where the sensor ends: what is left of their readings is the lower part of them.
-fn doubt_forces(model: &mut Model, limit: f64) {
-    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
-        let near = |e: &Estimate| e.is_measured() && e.ci95.is_some_and(|c| c[1] > NEAR_LIMIT * limit);
-        let Some(force) = link.friction_force.kinetic.as_mut().filter(|e| near(e)) else {
-            continue;
-        };
-        let most = 2.0 * limit.max(force.value) / force.value;
-        let friction = link
-            .friction
-            .kinetic
-            .as_mut()
-            .filter(|e| e.is_measured() && by_force(e));
-        for number in [force].into_iter().chain(friction) {
-            number.status = Status::Assumed;
-            number.ci95 = number.ci95.map(|[low, high]| [low, high.max(most * number.value)]);
-            number.sd = number.sd.map(|sd| sd.hypot(0.25 * most * number.value));
-            number.method = format!("{}, cut off where the sensor ends", number.method);
-        }
-    }
 }
 
 /// Whether a joint has a place for it, and was given it.

@@ -4,6 +4,7 @@ mod assemble;
 mod build;
 mod calibrate;
 mod diagnose;
+mod doubt;
 mod explore;
 mod extend;
 mod given;

@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""judge_worlds.py PALPATE OUT [FIRST_SEED COUNT]: makes captures with MuJoCo as the world, reconstructs them and prints the errors.
+"""judge_worlds.py PALPATE OUT [FIRST_SEED COUNT [views]]: makes captures with MuJoCo as the world, reconstructs them and prints the errors.
 
-Fails where a relation or a joint type is wrong, or mass, friction or stiffness is off by more than 10 % while
+Fails where a relation or a joint type is wrong, where a cause is named (nothing is hidden; a joint's damping may be told
+as one) or a verdict is not as it should be, or where mass, friction or stiffness is off by more than 10 % while
 its interval does not hold the truth. With FIRST_SEED and COUNT, known shapes of those seeds (tins, pads and hinges in turn)
-in place of the usual six with views; prints for each quantity how often its interval holds the truth, and fails
-where those called measured hold it in fewer than 90 % of all."""
+in place of the usual six with views, or with `views` all six kinds in turn as a camera sees them; prints for each quantity
+how often its interval holds the truth, and fails where those called measured hold it in fewer than 90 % of all."""
 import collections, json, os, statistics, subprocess, sys
 
 CASES = [("tin", 201), ("tin", 202), ("pad", 203), ("stack", 204), ("glued", 205), ("hinge", 206)]
 TURNS = ("tin", "pad", "tin", "pad", "hinge")
+SEEN = ("tin", "pad", "stack", "glued", "hinge", "drawer")
+OWN = ("joint-damping", "elastic-damping")  # what the truth itself tells of a joint or a pad
 
 
 def run(*words):
@@ -33,15 +36,26 @@ def summed(rows):
     return share
 
 
+def judged(twin):
+    """What the diagnosis says, and whether that is wrong where nothing is hidden."""
+    with open(f"{twin}/diagnosis.json") as file:
+        diagnosis = json.load(file)
+    named = [f["cause"] for f in diagnosis["findings"] if f["cause"] not in OWN]
+    return diagnosis["verdict"], named
+
+
 def main():
     palpate, out = sys.argv[1], sys.argv[2]
     maker = os.path.join(os.path.dirname(os.path.abspath(__file__)), "mujoco_world.py")
     many = len(sys.argv) > 4
     cases, told = CASES, ["--views"]
+    seen = sys.argv[5:] == ["views"]
     if many:
         first, count = int(sys.argv[3]), int(sys.argv[4])
-        cases, told = [(TURNS[k % len(TURNS)], first + k) for k in range(count)], ["--hide", "none"]
-    bad, rows = 0, []
+        turns = SEEN if seen else TURNS
+        cases = [(turns[k % len(turns)], first + k) for k in range(count)]
+        told = told if seen else ["--hide", "none"]
+    bad, rows, verdicts = 0, [], collections.Counter()
     for kind, seed in cases:
         capture, twin = f"{out}/{kind}-{seed}", f"{out}/{kind}-{seed}-twin"
         made = run(sys.executable, maker, capture, "--kind", kind, "--seed", str(seed), *told)
@@ -62,8 +76,13 @@ def main():
         worst = {k: round(v, 4) for k, v in s["worst_relative"].items()}
         held = f'{s["intervals"]["good"]}/{s["intervals"]["all"]}'
         far = any(v > 0.10 for v in worst.values()) and s["intervals"]["good"] < s["intervals"]["all"]
-        print(f"{kind}-{seed}: relative errors {worst}, intervals {held}, wrong relations or joints {wrong}", flush=True)
-        bad += bool(wrong) if many else bool(wrong or far)
+        verdict, named = judged(twin)
+        verdicts[kind, verdict] += 1
+        print(f"{kind}-{seed}: relative errors {worst}, intervals {held}, wrong relations or joints {wrong}, "
+              f"{verdict}{' FALSELY ' + ' '.join(named) if named else ''}", flush=True)
+        bad += bool(wrong or named) if many else bool(wrong or far or named or verdict == "unknown")
+    for (kind, verdict), n in sorted(verdicts.items()):
+        print(f"{kind}: {verdict} {n}")
     if many:
         bad += summed(rows) < 0.9
     return 1 if bad else 0

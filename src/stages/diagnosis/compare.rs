@@ -101,18 +101,24 @@ pub fn errors(traces: &[Trace]) -> BTreeMap<Quantity, (f64, f64)> {
 }
 
 /// Error, noise floor and unexplained share of held-out interactions; of all where none was held out.
-pub fn base_fit(traces: &[Trace]) -> BaseFit {
+pub fn base_fit(traces: &[Trace], config: &Config) -> BaseFit {
     let held_out: Vec<&Trace> = traces.iter().filter(|t| t.held_out).collect();
     let sums = if held_out.is_empty() {
         gather(traces.iter())
     } else {
         gather(held_out.iter().copied())
     };
-    // Each quantity counts by its own signal: newtons and metres cannot be added.
+    // Each quantity counts by its own signal: newtons and metres cannot be added. Of what hardly moved a miss within the
+    // tolerance is no large share.
+    let scale = |q: &Quantity, s: &Sums| match q {
+        Quantity::Rotation => s.signal().hypot(config.rotation_tolerance),
+        Quantity::Position | Quantity::Flight => s.signal().hypot(config.position_tolerance),
+        Quantity::Force | Quantity::Torque | Quantity::Bounced => s.signal(),
+    };
     let unexplained = sums
         .iter()
         .filter(|(q, s)| s.signal() > 0.0 && **q != Quantity::Bounced)
-        .map(|(_, s)| (s.excess() / s.signal()).powi(2))
+        .map(|(q, s)| (s.excess() / scale(q, s)).powi(2))
         .fold(0.0, f64::max)
         .min(1.0);
     BaseFit {
@@ -205,7 +211,7 @@ mod tests {
     fn noise_alone_is_adequate_and_a_tenth_too_much_is_not() {
         assert_eq!(verdict(&[trace(1.0)], &Config::default()), Verdict::Adequate);
         assert_eq!(verdict(&[trace(1.1)], &Config::default()), Verdict::Unknown);
-        assert!(base_fit(&[trace(1.0)]).unexplained < 1e-6);
-        assert!((base_fit(&[trace(1.1)]).unexplained - 0.0082).abs() < 1e-3);
+        assert!(base_fit(&[trace(1.0)], &Config::default()).unexplained < 1e-6);
+        assert!((base_fit(&[trace(1.1)], &Config::default()).unexplained - 0.0082).abs() < 1e-3);
     }
 }

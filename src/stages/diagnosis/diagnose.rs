@@ -125,9 +125,9 @@ pub fn diagnose(
     keep_what_stands(&mut findings, config);
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
-        base_fit(&traces)
+        base_fit(&traces, config)
     } else {
-        base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)))
+        base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)), config)
     };
     base.tests = whiteness(&traces);
     base.tests.extend(curves.tests);

@@ -68,7 +68,9 @@ fn fall_behind(scene: &Scene, found: &mut PushPrediction, direction: &Vector3<f6
     for name in &found.carried {
         let track = scene.interaction.tracks.get(name);
         let poses = found.prediction.poses.get_mut(name);
-        let (Some(track), Some(poses)) = (track, poses) else { continue };
+        let (Some(track), Some(poses)) = (track, poses) else {
+            continue;
+        };
         let start = rest_pose(track, first_rest(scene.interaction, scene.segmented));
         let (Some(start), Some(first), Some(last)) = (start, poses.first().copied(), poses.last()) else {
             continue;
@@ -85,7 +87,10 @@ fn fall_behind(scene: &Scene, found: &mut PushPrediction, direction: &Vector3<f6
                 let way = pose.translation.vector - first.translation.vector;
                 pose.0.translation.vector -= way * lost;
             }
-            words.push(format!("{name} fell behind by {:.0} % of the way (fitted anew)", 1e2 * lost));
+            words.push(format!(
+                "{name} fell behind by {:.0} % of the way (fitted anew)",
+                1e2 * lost
+            ));
         }
     }
     words

@@ -6,7 +6,7 @@ use super::action::{first_rest, rest_pose};
 use crate::capture::{Interaction, PhaseKind, Segmented};
 use crate::math::{interpolate, median};
 use crate::physics::{Action, Hold, Linkage, PushPrediction, predict_push};
-use crate::twin::Model;
+use crate::twin::{JointKind, Model};
 
 /// The reconstructed surface may be off by this much, m.
 const LARGEST_GAP: f64 = 0.008;
@@ -40,7 +40,8 @@ pub fn replay_push(
     if action.tool.hold != Hold::Push {
         return Some((gap, found));
     }
-    let jointed = model.twin.body_of(&action.target).is_some_and(|b| b.links.len() > 1);
+    let body = model.twin.body_of(&action.target);
+    let jointed = body.is_some_and(|b| b.joints.iter().any(|j| j.kind != JointKind::Fixed));
     if let Some(touched) = segmented
         .filter(|_| jointed)
         .and_then(|cut| gap_at_touch(model, cut, action))

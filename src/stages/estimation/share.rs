@@ -1,7 +1,7 @@
 //! Links that were only moved together: what is known is their sum, and it is shared out with the doubt that
 //! this leaves.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Config;
 use super::facts::{Facts, Ground};
@@ -23,11 +23,37 @@ pub(super) fn share_out(
     config: &Config,
     notices: &mut Notices,
 ) {
+    let of = |(name, found): (&String, &Facts)| -> Vec<Whole> {
+        let each = found.weighings.iter();
+        each.map(|w| Whole::of(name, w)).collect()
+    };
+    let wholes: Vec<Whole> = facts.iter().flat_map(of).collect();
     for (name, found) in facts {
         for weighing in found.weighings.iter().filter(|w| !w.along.is_empty()) {
             share_weight(twin, name, weighing, befores, config, notices);
         }
-        share_friction(twin, name, found, befores, ground, config, notices);
+        share_friction(twin, name, found, (befores, &wholes), ground, config, notices);
+    }
+}
+
+/// A group that was weighed as one.
+struct Whole {
+    parts: BTreeSet<String>,
+    mass: f64,
+    sd: f64,
+    interaction: String,
+}
+
+impl Whole {
+    fn of(name: &str, weighing: &Weighing) -> Self {
+        let mut parts: BTreeSet<String> = weighing.along.iter().cloned().collect();
+        parts.insert(name.to_owned());
+        Self {
+            parts,
+            mass: weighing.mass,
+            sd: weighing.sd,
+            interaction: weighing.interaction.clone(),
+        }
     }
 }
 
@@ -178,7 +204,7 @@ fn share_friction(
     twin: &mut Twin,
     name: &str,
     facts: &Facts,
-    befores: &BTreeMap<String, Before>,
+    (befores, wholes): (&BTreeMap<String, Before>, &[Whole]),
     ground: &Ground,
     config: &Config,
     notices: &mut Notices,
@@ -233,10 +259,30 @@ fn share_friction(
     let log = (w[0] * total.ln() + w[1] * (sliding.kinetic.value / (mu.0 * g)).ln()) / (w[0] + w[1]);
     let group_sd = (w[0] + w[1]).recip().sqrt();
     let weighed: f64 = masses.iter().filter(|m| m.1 < WEIGHED).map(|m| m.0).sum();
-    let group_mass = (log.exp().max(weighed / MOST), group_sd);
+    let parts: BTreeSet<String> = group.iter().cloned().collect();
+    let whole = wholes.iter().find(|w| w.parts == parts);
+    let group_mass = whole.map_or((log.exp().max(weighed / MOST), group_sd), |w| (w.mass, w.sd / w.mass));
     let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
     for (part, portion) in links.iter().zip(portions(&masses, group_mass)) {
         write_share(twin, part, &sliding.kinetic, portion, group_mass, g, &known, &group);
+    }
+    if let (Some(link), true) = (twin.link_mut(name), group_mass.1 < WEIGHED) {
+        // All of the weight bears on what is pushed, and is known.
+        let force = &sliding.kinetic;
+        let log_sd = group_mass.1.hypot(relative_sd(force));
+        let weighed_in = whole.map(|w| w.interaction.clone());
+        let from = force.from.iter().cloned().chain(weighed_in).collect();
+        let own = link.friction.kinetic.as_ref().is_some_and(|f| f.confounded.is_none());
+        if !own {
+            let value = force.value / (group_mass.0 * g);
+            link.friction.kinetic = Some(super::pool::positive(
+                value,
+                log_sd,
+                "1",
+                from,
+                "push and lift of the group",
+            ));
+        }
     }
 }
 

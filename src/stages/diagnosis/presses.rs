@@ -326,6 +326,7 @@ impl Family for Presses {
             "guide-friction",
             "snap-through",
             "force-saturation",
+            "stress-relaxation",
         ];
         if !fit.laws.iter().any(|l| curved.contains(&self.sheet.laws[*l].cause)) {
             return Vec::new();

@@ -203,7 +203,11 @@ fn trial<'a>(
     let path = (0..SAMPLES).filter_map(at).collect();
     let slip = segmented.and_then(|cut| slip_of(small, name, interaction, cut, &action));
     let link = small.twin.link(name)?;
-    let rubs = link.friction.kinetic.as_ref().map_or(USUAL.0, |f| f.value * action.gravity);
+    let rubs = link
+        .friction
+        .kinetic
+        .as_ref()
+        .map_or(USUAL.0, |f| f.value * action.gravity);
     let radius = link.friction.torsional_radius.as_ref().map_or(USUAL.1, |r| r.value);
     let speed = usual_speed(&action, (first, last));
     Some(Trial {

@@ -55,6 +55,20 @@ impl Whole {
             interaction: weighing.interaction.clone(),
         }
     }
+
+    /// The friction of what was pushed, on which all of the weight bears.
+    fn tells_friction(&self, twin: &mut Twin, pushed: &str, force: &Estimate, gravity: f64) {
+        let Some(link) = twin.link_mut(pushed) else { return };
+        let told = link.friction.kinetic.as_ref().is_some_and(|f| f.confounded.is_none());
+        let log_sd = (self.sd / self.mass).hypot(relative_sd(force));
+        if told || log_sd > WEIGHED {
+            return;
+        }
+        let from = force.from.iter().chain([&self.interaction]).cloned().collect();
+        let value = force.value / (self.mass * gravity);
+        let friction = super::pool::positive(value, log_sd, "1", from, "push and lift of the group");
+        link.friction.kinetic = Some(friction);
+    }
 }
 
 fn links_of(twin: &Twin, names: &[String]) -> Vec<Link> {
@@ -261,28 +275,15 @@ fn share_friction(
     let weighed: f64 = masses.iter().filter(|m| m.1 < WEIGHED).map(|m| m.0).sum();
     let parts: BTreeSet<String> = group.iter().cloned().collect();
     let whole = wholes.iter().find(|w| w.parts == parts);
-    let group_mass = whole.map_or((log.exp().max(weighed / MOST), group_sd), |w| (w.mass, w.sd / w.mass));
+    let group_mass = whole.map_or((log.exp().max(weighed / MOST), group_sd), |w| {
+        (w.mass, (w.sd / w.mass).max(1e-4))
+    });
     let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
     for (part, portion) in links.iter().zip(portions(&masses, group_mass)) {
         write_share(twin, part, &sliding.kinetic, portion, group_mass, g, &known, &group);
     }
-    if let (Some(link), true) = (twin.link_mut(name), group_mass.1 < WEIGHED) {
-        // All of the weight bears on what is pushed, and is known.
-        let force = &sliding.kinetic;
-        let log_sd = group_mass.1.hypot(relative_sd(force));
-        let weighed_in = whole.map(|w| w.interaction.clone());
-        let from = force.from.iter().cloned().chain(weighed_in).collect();
-        let own = link.friction.kinetic.as_ref().is_some_and(|f| f.confounded.is_none());
-        if !own {
-            let value = force.value / (group_mass.0 * g);
-            link.friction.kinetic = Some(super::pool::positive(
-                value,
-                log_sd,
-                "1",
-                from,
-                "push and lift of the group",
-            ));
-        }
+    if let Some(whole) = whole {
+        whole.tells_friction(twin, name, &sliding.kinetic, g);
     }
 }
 

@@ -38,14 +38,19 @@ pub fn holds_snapshots_only(capture: &Capture) -> bool {
 pub(super) fn warn_of_tracks(capture: &Capture, notices: &mut Notices) {
     let pairs = |i: &&Interaction| struck(i) && at_most_pairs(i);
     let count = capture.interactions.iter().filter(pairs).count();
-    let track = capture.interactions.iter().find(|i| !at_most_pairs(i));
-    if let (true, Some(track)) = (count > 0, track) {
+    let mut tracks = capture.interactions.iter().filter(|i| !at_most_pairs(i));
+    if let (true, Some(track)) = (count > 0, tracks.next()) {
         let words = format!(
             "{count} touch(es) are snapshot pairs, and `{}` holds a track of more than two rows: what a simulation of the pairs would tell \
              is inferred only where a capture holds nothing else",
             track.name
         );
-        notices.note(STAGE, &capture.name, words);
+        // A few tracks among many pairs are most likely a mistake.
+        if count > 1 + tracks.count() {
+            notices.warn(STAGE, &capture.name, words);
+        } else {
+            notices.note(STAGE, &capture.name, words);
+        }
     }
 }
 

@@ -159,6 +159,71 @@ fn a_search_goes_on_where_it_was_stopped() {
     assert!(!folder.path().join("other").exists());
 }
 
+/// Every row of a file of poses as `change` makes it, its columns in their order; those that it makes empty are left out.
+fn rows(path: &Path, change: impl Fn(usize, Vec<String>) -> Vec<String>) {
+    let text = fs::read_to_string(path).expect("reads");
+    let mut lines = text.lines();
+    let mut out = vec![lines.next().expect("a head").to_owned()];
+    for (n, line) in lines.enumerate() {
+        let row = change(n, line.split(',').map(str::to_owned).collect());
+        if !row.is_empty() {
+            out.push(row.join(","));
+        }
+    }
+    fs::write(path, out.join("\n")).expect("writes");
+}
+
+#[test]
+fn pairs_without_their_half_and_tools_that_pass_by_are_told_of() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = ["--seed", "5", "--thing", "puck", "--trials", "3"];
+    let Some(capture) = made(
+        folder.path(),
+        &[arguments.as_slice(), &["--train", "stick:push"]].concat(),
+    ) else {
+        return;
+    };
+    let track = |k: usize| capture.join(format!("tracks/stick-push-0{k}.csv"));
+    let said = |name: &str| {
+        let twin = folder.path().join(name);
+        reconstruct(&capture, &twin, "0");
+        let notices = json(&twin.join("twin.json"))["notices"].to_string();
+        (link(&twin)["friction"]["kinetic"].is_object(), notices, twin)
+    };
+    let before_only = |n: usize, row: Vec<String>| if n == 0 { row } else { Vec::new() };
+    rows(&track(0), before_only);
+    let (told, notices, _) = said("half");
+    assert!(told && notices.contains("1 trial(s) left out"), "{notices}");
+    // A tool a metre above moves nothing in simulation.
+    for k in 1..3 {
+        rows(
+            &capture.join(format!("tracks/stick-push-0{k}.tool.csv")),
+            |_, mut row| {
+                row[3] = "1.0".into();
+                row
+            },
+        );
+    }
+    // What was held out is said not to have moved: intervals that hold everything do not make that well foretold.
+    for k in 0..3 {
+        let path = capture.join(format!("tracks/hook-tap_from_right-0{k}.csv"));
+        let text = fs::read_to_string(&path).expect("reads");
+        let mut lines: Vec<&str> = text.lines().collect();
+        let (place, time) = (lines[1].split_once(',').expect("columns").1, lines[2].split(',').next());
+        let stayed = format!("{},{place}", time.expect("a time"));
+        lines[2] = &stayed;
+        fs::write(&path, lines.join("\n")).expect("writes");
+    }
+    let (_, notices, twin) = said("above");
+    assert!(notices.contains("does not reach it"), "{notices}");
+    assert_eq!(json(&twin.join("diagnosis.json"))["verdict"], "unknown");
+    for k in 1..3 {
+        rows(&track(k), before_only);
+    }
+    let (told, notices, _) = said("none");
+    assert!(!told && notices.contains("trial(s) left out"), "{notices}");
+}
+
 /// A change of `capture.json`.
 type Change = fn(&mut Value);
 

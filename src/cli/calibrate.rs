@@ -23,7 +23,10 @@ pub fn calibrate(common: &Common, what: &Calibration) -> Result<ExitCode> {
 
 fn snapshots(common: &Common, folders: &[PathBuf], out: Option<&Path>) -> Result<ExitCode> {
     let captures = folders.iter().map(|f| read_capture(f)).collect::<Result<Vec<_>>>()?;
-    let learnt = learn_snapshots(&captures, Seed(common.seed))?;
+    let mut notices = Notices::default();
+    let learnt = learn_snapshots(&captures, Seed(common.seed), &mut notices);
+    output::notices(common, &notices.0);
+    let learnt = learnt?;
     entry(common, &learnt.to_toml()?, out)
 }
 

@@ -2,7 +2,7 @@
 
 use super::Options;
 use super::{Pass, assemble, build};
-use crate::base::{Error, Notices, Progress, Result, Seed};
+use crate::base::{Error, Notice, Notices, Progress, Result, Seed, Severity};
 use crate::capture::Capture;
 use crate::stages::estimation::ForceScale;
 use crate::stages::snapshots::{LearntPrior, Seen};
@@ -29,8 +29,12 @@ pub fn calibrate_camera(capture: &Capture, notices: &mut Notices) -> Result<Stri
     shape::camera_noise_to_toml(&shape::camera_noise(capture, notices)?)
 }
 
-/// A prior by shape and material from captures of snapshot pairs, for things of their kind.
-pub fn learn_snapshots(captures: &[Capture], seed: Seed) -> Result<LearntPrior> {
+/// A prior by shape and material from captures of snapshot pairs, for things of their kind. What a run had to say of its capture
+/// is said here too, and captures that tell nothing are named.
+///
+/// # Errors
+/// Where fewer than two things were seen: one alone does not tell what things of a kind have in common.
+pub fn learn_snapshots(captures: &[Capture], seed: Seed, notices: &mut Notices) -> Result<LearntPrior> {
     let options = Options {
         seed,
         passes: vec![Pass::Shape, Pass::Physics],
@@ -39,12 +43,36 @@ pub fn learn_snapshots(captures: &[Capture], seed: Seed) -> Result<LearntPrior> 
     let mut seen: Vec<Seen> = Vec::new();
     for capture in captures {
         let run = build(capture, &options, &Progress::silent())?;
-        seen.extend(run.snapshots.into_iter().flat_map(|s| s.things).map(|t| t.seen));
+        let things: Vec<Seen> = run
+            .snapshots
+            .into_iter()
+            .flat_map(|s| s.things)
+            .map(|t| t.seen)
+            .collect();
+        let warnings = run.model.twin.notices.into_iter();
+        let warnings = warnings.filter(|n| n.severity == Severity::Warning);
+        notices.0.extend(warnings.map(|n| Notice {
+            about: format!("{} in {}", n.about, capture.name),
+            ..n
+        }));
+        if things.is_empty() {
+            let words = "no snapshot pairs of a thing of known shape that a tool moved: nothing is learnt of it";
+            notices.warn("calibrate", &capture.name, words);
+        }
+        seen.extend(things);
     }
-    if seen.is_empty() {
-        return Err(Error::Failed(
-            "no capture held snapshot pairs of a thing that a tool moved".into(),
-        ));
+    match seen.len() {
+        0 => {
+            return Err(Error::Failed(
+                "no capture held snapshot pairs of a thing that a tool moved".into(),
+            ));
+        }
+        1 => {
+            return Err(Error::Failed(
+                "one thing alone does not tell what things of its kind have in common: give the captures of two or more".into(),
+            ));
+        }
+        _ => {}
     }
     Ok(LearntPrior::from_seen(&seen))
 }

@@ -111,7 +111,12 @@ impl Bench {
 
     /// Change of height from which on a thing is said to have fallen, m: beyond what the snapshots' noise explains.
     pub fn fall(&self) -> f64 {
-        FALL.max(4.0 * std::f64::consts::SQRT_2 * self.place_sd)
+        FALL.max(self.noise())
+    }
+
+    /// Displacement that the snapshots' noise does not explain, m.
+    pub fn noise(&self) -> f64 {
+        4.0 * std::f64::consts::SQRT_2 * self.place_sd
     }
 
     /// Mean length of the measured effects, m.

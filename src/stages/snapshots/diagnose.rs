@@ -8,6 +8,9 @@ use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Ve
 
 /// Odds at which chance alone may call a good simulation wrong, over all groups that are judged.
 const FALSE_ALARM: f64 = 0.01;
+/// Share of the squared displacements that may be left unexplained, however little the simulation is believed: intervals that
+/// hold everything foretell nothing.
+const UNEXPLAINED: f64 = 0.5;
 
 impl Snapshots {
     /// Whether this interaction was studied here.
@@ -34,7 +37,8 @@ impl Snapshots {
             .map(|g| g.p_value)
             .filter(|p| p.is_finite())
             .fold(1.0, f64::min);
-        let adequate = !judged.is_empty() && worst * judged.len() as f64 > FALSE_ALARM;
+        let fit = base(&judged);
+        let adequate = !judged.is_empty() && worst * judged.len() as f64 > FALSE_ALARM && fit.unexplained < UNEXPLAINED;
         Diagnosis {
             format: DIAGNOSIS_FORMAT.into(),
             base: BaseFit {
@@ -44,7 +48,7 @@ impl Snapshots {
                     .filter(|g| g.group.held_out)
                     .flat_map(|g| g.interactions.clone())
                     .collect(),
-                ..base(&judged)
+                ..fit
             },
             verdict: if adequate { Verdict::Adequate } else { Verdict::Unknown },
             findings: Vec::new(),

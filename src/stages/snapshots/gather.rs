@@ -28,12 +28,39 @@ const SLOW: f64 = 0.08;
 const SPAN: f64 = 0.02;
 
 /// Whether the tracks of a capture are snapshot pairs throughout, with at least one touch by a tool among them that is no
-/// slow push with its force: those tell what they tell by their force, without any simulation of trials.
+/// slow push with its force: those tell what they tell by their force, without any simulation of trials. A pair of which one half
+/// is missing makes no track of the others.
 pub fn holds_snapshots_only(capture: &Capture) -> bool {
-    let tracked = |i: &&Interaction| !i.tracks.is_empty();
-    let pairs = |i: &Interaction| i.tracks.values().all(PoseStream::is_snapshot_pair);
-    let pushed = |i: &Interaction| pushes(i) && !i.tracks.is_empty() && !felt_slowly(i);
-    capture.interactions.iter().filter(tracked).all(pairs) && capture.interactions.iter().any(pushed)
+    capture.interactions.iter().all(at_most_pairs) && capture.interactions.iter().any(struck)
+}
+
+/// Says where snapshot pairs lie among tracks, for then they are not studied.
+pub(super) fn warn_of_tracks(capture: &Capture, notices: &mut Notices) {
+    let pairs = |i: &&Interaction| struck(i) && at_most_pairs(i);
+    let count = capture.interactions.iter().filter(pairs).count();
+    let mut tracks = capture.interactions.iter().filter(|i| !at_most_pairs(i));
+    if let (true, Some(track)) = (count > 0, tracks.next()) {
+        let words = format!(
+            "{count} touch(es) are snapshot pairs, and `{}` holds a track of more than two rows: what a simulation of the pairs would tell \
+             is inferred only where a capture holds nothing else",
+            track.name
+        );
+        // A few tracks among many pairs are most likely a mistake.
+        if count > 1 + tracks.count() {
+            notices.warn(STAGE, &capture.name, words);
+        } else {
+            notices.note(STAGE, &capture.name, words);
+        }
+    }
+}
+
+fn at_most_pairs(interaction: &Interaction) -> bool {
+    interaction.tracks.values().all(|t| t.len() <= 2)
+}
+
+/// A touch by a tool, with a track, that is no slow push with its force.
+fn struck(interaction: &Interaction) -> bool {
+    pushes(interaction) && !interaction.tracks.is_empty() && !felt_slowly(interaction)
 }
 
 /// A push whose force was recorded and whose tool never moved fast.
@@ -117,6 +144,13 @@ pub fn gather(
     }
     for bench in benches.values_mut() {
         choose_turns(bench, &scene, notices);
+    }
+    let unnamed = capture.interactions.iter().filter(|i| pushes(i) && i.action.is_none());
+    let unnamed = unnamed.count();
+    if unnamed > 0 {
+        let words =
+            format!("{unnamed} trial(s) name no `action`: they count as repetitions of one, whichever way they went");
+        notices.note(STAGE, &capture.name, words);
     }
     Ok(benches)
 }

@@ -4,13 +4,13 @@ use nalgebra::Vector2;
 use rand_distr::{Distribution, StandardNormal, StudentT};
 
 use super::Config;
-use super::bench::Bench;
+use super::bench::{Bench, Simulated};
 use super::course::{Keeper, Of};
 use super::effects::{Effect, Gaussian, energy_distance};
-use super::gather::{STAGE, gather, holds_snapshots_only};
+use super::gather::{STAGE, gather, holds_snapshots_only, warn_of_tracks};
 use super::judge::{Judged, judge};
 use super::learnt::{Seen, ShapeClass};
-use super::posterior::{Marginal, Posterior, posterior};
+use super::posterior::{self, Marginal, Posterior, posterior};
 use super::report::{GroupResult, SearchStep, Snapshots, ThingResult};
 use super::search::Search;
 use super::space::{DIMENSIONS, Prior, Scales, Scores, Space};
@@ -42,6 +42,7 @@ pub fn infer(
 ) -> Result<Option<Snapshots>> {
     config.check()?;
     if !holds_snapshots_only(capture) {
+        warn_of_tracks(capture, notices);
         return Ok(None);
     }
     let benches = gather(capture, model, config, notices)?;
@@ -74,6 +75,7 @@ pub fn infer(
             notices.warn(STAGE, &bench.name, "every trial was held out: nothing is left to fit");
             continue;
         };
+        warn_of_misses(bench, &scales.prior, config, seed, notices);
         write_link(capture, model, bench, &posterior, &thing, config, notices);
         thing.seen.material = material.map(str::to_owned);
         thing.weighed = model
@@ -156,9 +158,8 @@ pub fn study(
     let groups = (0..bench.groups.len())
         .map(|g| predict(bench, g, space, &found, seed))
         .collect();
-    let points = config.points * (config.rounds + 1);
-    let simulated = search.evaluations.len() * config.simulations
-        + points * draws_of(fitted.len(), config.simulations) * fitted.len();
+    let simulated = search.evaluations.len() * fitted.len() * draws_of(fitted.len(), config.simulations)
+        + found.points.len() * fitted.len() * posterior::draws_of(fitted.len(), config);
     let thing = ThingResult {
         name: bench.name.clone(),
         groups,
@@ -180,6 +181,29 @@ pub fn study(
         simulated,
     };
     Some((thing, found))
+}
+
+/// Says where a tool, on the path that was recorded, goes past a thing that moved.
+fn warn_of_misses(bench: &Bench, prior: &Space, config: &Config, seed: Seed, notices: &mut Notices) {
+    let fitted = bench.fitted();
+    let middle = prior.coefficients(&[0.0; DIMENSIONS]);
+    let draws = draws_of(fitted.len(), config.simulations);
+    let found = bench.outcomes(&fitted, &[middle], draws, seed, 0);
+    let still = |draws: &Vec<Simulated>| draws.iter().all(|s| s.effect.norm() < bench.noise());
+    let missed = fitted.iter().zip(found.iter().flatten());
+    let missed: Vec<&str> = missed
+        .filter(|(i, draws)| bench.trials[**i].effect.norm() > bench.noise() && still(draws))
+        .map(|(i, _)| bench.trials[*i].name.as_str())
+        .collect();
+    if let Some(first) = missed.first() {
+        let words = format!(
+            "{} of {} trials moved it, but there the tool on its recorded path does not reach it ({first}, …): its shape, its size or its \
+             frame is not what it was",
+            missed.len(),
+            fitted.len()
+        );
+        notices.warn(STAGE, &bench.name, words);
+    }
 }
 
 /// Whether the data fix a parameter: they leave little of what was believed of it, learnt or not, and little of what is believed of any thing.

@@ -11,7 +11,7 @@ use super::Effect;
 use super::bench::{Bench, Simulated};
 
 /// Shares of the travel by which the simulation may be off, one a factor two above the other.
-pub(super) const SHARES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
+pub(super) const SHARES: [f64; 7] = [0.0125, 0.025, 0.05, 0.1, 0.2, 0.4, 0.8];
 /// Error of contact geometry that no snapshot noise covers, m.
 const GEOMETRY: f64 = 1e-3;
 /// Degrees of freedom of the bells.

@@ -17,6 +17,12 @@ use crate::base::{Seed, rng_for};
 
 /// Draws of a trial's unknown start at a point, at most.
 const MOST_DRAWS: usize = 16;
+/// Points that the weights must be worth; below that the likelihood is raised to a power below 1.
+const WORTH: f64 = 40.0;
+/// Times as many rounds as usual at most, where the data say so much that few points count.
+const MORE: usize = 2;
+/// Share of the travel by which a simulation is believed to be off before anything was measured.
+const UNTOLD: f64 = 0.2;
 /// Share of the proposals that go on coming from the prior, and widening of the others.
 const FRESH: f64 = 0.15;
 const WIDEN: f64 = 1.3;
@@ -59,7 +65,7 @@ impl Posterior {
         Self {
             points: (0..count).map(|n| super::search::start_point(n, 0)).collect(),
             weights: vec![1.0 / count.max(1) as f64; count],
-            share: SHARES[SHARES.len() / 2],
+            share: UNTOLD,
             effective: count as f64,
             mass: None,
             power: 1.0,
@@ -168,13 +174,16 @@ pub fn posterior(bench: &Bench, space: &Space, config: &Config, guesses: &[Score
     if fitted.is_empty() {
         return None;
     }
-    let draws = (config.simulations / fitted.len()).clamp(4, MOST_DRAWS);
+    let draws = draws_of(fitted.len(), config);
     let mut rng = rng_for(seed, &format!("snapshots/posterior/{}", bench.name));
     let mut points: Vec<Scores> = Vec::new();
     let mut levels: Vec<Level> = Vec::new();
     let counts = counts(bench, &fitted, config.shared_error);
     let mut rounds: Vec<(usize, Vec<Kernel>)> = Vec::new();
-    for round in 0..config.rounds {
+    for round in 0..MORE * config.rounds {
+        if round >= config.rounds && weigh(points.clone(), &levels, &rounds).power >= 1.0 {
+            break;
+        }
         let kernels = if round == 0 {
             about(guesses)
         } else {
@@ -189,6 +198,11 @@ pub fn posterior(bench: &Bench, space: &Space, config: &Config, guesses: &[Score
         points.extend(new);
     }
     Some(weigh(points, &levels, &rounds))
+}
+
+/// Draws of the unknown start of each of so many fitted trials at a point.
+pub(super) fn draws_of(trials: usize, config: &Config) -> usize {
+    (config.simulations / trials.max(1)).clamp(4, MOST_DRAWS)
 }
 
 fn one_of(kernels: &[Kernel], number: usize, rng: &mut impl Rng) -> Scores {
@@ -258,7 +272,7 @@ fn log_base(points: &[Scores], rounds: &[(usize, Vec<Kernel>)]) -> Vec<f64> {
 }
 
 fn weigh(points: Vec<Scores>, levels: &[Level], rounds: &[(usize, Vec<Kernel>)]) -> Posterior {
-    weigh_at_least(points, levels, rounds, 40.0)
+    weigh_at_least(points, levels, rounds, WORTH)
 }
 
 /// The weights; where they would be worth fewer than `least` points, those of a likelihood raised to a power below 1.

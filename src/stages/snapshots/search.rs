@@ -17,8 +17,8 @@ use crate::base::{Seed, rng_for};
 
 /// Scores beyond this are not searched.
 const EDGE: f64 = 2.5;
-/// Points at which the acquisitions are compared.
-const CANDIDATES: usize = 400;
+/// Points at which the acquisitions are compared: of some hundred in four dimensions the best is far from the best there is.
+const CANDIDATES: usize = 3000;
 /// Trade of the lower confidence bound, and temper of the choice between the acquisitions.
 const BETA: f64 = 1.96;
 const ETA: f64 = 1.0;

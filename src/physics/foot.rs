@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
 
 use super::Footprint;
+use super::limit_surface::gathered;
 use crate::geometry::Mesh;
 use crate::twin::{Link, Model, RelationKind};
 
@@ -25,20 +26,36 @@ pub struct Foot {
     under: Option<Under>,
 }
 
-/// A footprint as points with their shares of its area (plane frame at the start, m²), and its mean distance from the
-/// centre of friction, m.
+/// A footprint as points with their shares of its area (plane frame at the start, m²), its corners with theirs of all that it
+/// turns there, and the mean distances of both from the centre of friction, m.
 #[derive(Clone, Debug)]
 struct Under {
     points: Vec<(Point2<f64>, f64)>,
+    corners: Vec<(Point2<f64>, f64)>,
     uniform: f64,
+    outermost: f64,
 }
 
 impl Under {
     fn of(print: &Footprint, centre: &Point2<f64>) -> Self {
+        let corners = print.turned();
         Self {
             points: print.quadrature(),
             uniform: print.mean_distance(centre),
+            outermost: corners.iter().map(|(p, share)| share * (p - centre).norm()).sum(),
+            corners,
         }
+    }
+
+    /// Points and shares of a pressure that is so many times as far out as an even one: between an even one and one at the
+    /// corners alone, on which a plate stands that is not quite flat.
+    fn spread(&self, times: f64) -> Vec<(Point2<f64>, f64)> {
+        let most = self.outermost / self.uniform.max(1e-6);
+        let outer = ((times - 1.0) / (most - 1.0).max(1e-3)).clamp(0.0, 1.0);
+        let area: f64 = self.points.iter().map(|p| p.1).sum();
+        let even = self.points.iter().map(|(p, w)| (*p, (1.0 - outer) * w / area));
+        let corners = self.corners.iter().map(|(p, share)| (*p, outer * share));
+        even.chain(corners).filter(|p| p.1 > 0.0).collect()
     }
 }
 
@@ -53,7 +70,29 @@ impl Foot {
         let (reached, radius) = press(&under.points, centre);
         (reached, self.radius * radius / under.uniform.max(1e-6))
     }
+
+    /// Where the load acts that is brought to `centre` as far as can be (plane frame at the start), and where the foot presses:
+    /// points about that, m, with their shares. Its torsional radius tells how far out; nothing where no shape is known.
+    pub fn points_at(&self, centre: &Point2<f64>) -> Option<Pressed> {
+        let under = self.under.as_ref()?;
+        let times = self.radius / under.uniform.max(1e-6);
+        let points = under.spread(times);
+        let area: f64 = points.iter().map(|p| p.1).sum();
+        let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
+        let (reached, slope) = slope_towards(&points, &middle, centre);
+        let pressed = pressed_points(&points, &middle, &slope);
+        let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
+        let drawn = times.min(1.0);
+        let about = pressed.into_iter().map(|(p, _, f)| ((p - reached) * drawn, f / load));
+        Some(Pressed {
+            centre: reached,
+            points: gathered(&about.collect::<Vec<_>>(), CELLS),
+        })
+    }
 }
+
+/// Cells, per side, that the points of a foot are gathered into.
+const CELLS: usize = 6;
 
 /// The centre of pressure that a footprint can reach towards `wanted`, and the mean distance of the pressure from it.
 fn press(points: &[(Point2<f64>, f64)], wanted: &Point2<f64>) -> (Point2<f64>, f64) {
@@ -192,6 +231,12 @@ pub fn riders(model: &Model, link: &str) -> Vec<String> {
 pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
     let under = underside(mesh, pose)?;
     Some(under.mean_distance(&under.area_centroid().1))
+}
+
+/// The torsional radius of a mesh at `pose` (z up) that stands on the corners of its underside alone, m: none is larger.
+pub fn outermost_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
+    let under = underside(mesh, pose)?;
+    Some(Under::of(&under, &under.area_centroid().1).outermost)
 }
 
 /// A pressure under a footprint.

@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
 
 use super::Footprint;
+use super::limit_surface::gathered;
 use crate::geometry::Mesh;
 use crate::twin::{Link, Model, RelationKind};
 
@@ -25,20 +26,36 @@ pub struct Foot {
     under: Option<Under>,
 }
 
-/// A footprint as points with their shares of its area (plane frame at the start, m²), and its mean distance from the
-/// centre of friction, m.
+/// A footprint as points with their shares of its area (plane frame at the start, m²), its corners with theirs of all that it
+/// turns there, and the mean distances of both from the centre of friction, m.
 #[derive(Clone, Debug)]
 struct Under {
     points: Vec<(Point2<f64>, f64)>,
+    corners: Vec<(Point2<f64>, f64)>,
     uniform: f64,
+    outermost: f64,
 }
 
 impl Under {
     fn of(print: &Footprint, centre: &Point2<f64>) -> Self {
+        let corners = print.turned();
         Self {
             points: print.quadrature(),
             uniform: print.mean_distance(centre),
+            outermost: corners.iter().map(|(p, share)| share * (p - centre).norm()).sum(),
+            corners,
         }
+    }
+
+    /// Points and shares of a pressure that is so many times as far out as an even one: between an even one and one at the
+    /// corners alone, on which a plate stands that is not quite flat.
+    fn spread(&self, times: f64) -> Vec<(Point2<f64>, f64)> {
+        let most = self.outermost / self.uniform.max(1e-6);
+        let outer = ((times - 1.0) / (most - 1.0).max(1e-3)).clamp(0.0, 1.0);
+        let area: f64 = self.points.iter().map(|p| p.1).sum();
+        let even = self.points.iter().map(|(p, w)| (*p, (1.0 - outer) * w / area));
+        let corners = self.corners.iter().map(|(p, share)| (*p, outer * share));
+        even.chain(corners).filter(|p| p.1 > 0.0).collect()
     }
 }
 
@@ -53,7 +70,29 @@ impl Foot {
         let (reached, radius) = press(&under.points, centre);
         (reached, self.radius * radius / under.uniform.max(1e-6))
     }
+
+    /// Where the load acts that is brought to `centre` as far as can be (plane frame at the start), and where the foot presses:
+    /// points about that, m, with their shares. Its torsional radius tells how far out; nothing where no shape is known.
+    pub fn points_at(&self, centre: &Point2<f64>) -> Option<Pressed> {
+        let under = self.under.as_ref()?;
+        let times = self.radius / under.uniform.max(1e-6);
+        let points = under.spread(times);
+        let area: f64 = points.iter().map(|p| p.1).sum();
+        let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
+        let (reached, slope) = slope_towards(&points, &middle, centre);
+        let pressed = pressed_points(&points, &middle, &slope);
+        let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
+        let drawn = times.min(1.0);
+        let about = pressed.into_iter().map(|(p, _, f)| ((p - reached) * drawn, f / load));
+        Some(Pressed {
+            centre: reached,
+            points: gathered(&about.collect::<Vec<_>>(), CELLS),
+        })
+    }
 }
+
+/// Cells, per side, that the points of a foot are gathered into.
+const CELLS: usize = 6;
 
 /// The centre of pressure that a footprint can reach towards `wanted`, and the mean distance of the pressure from it.
 fn press(points: &[(Point2<f64>, f64)], wanted: &Point2<f64>) -> (Point2<f64>, f64) {
@@ -138,6 +177,27 @@ pub fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<F
     })
 }
 
+/// Height above the lower of two that are glued from which the upper one bears on nothing, m.
+const CLEAR: f64 = 5e-3;
+
+/// Of two that are held to each other the lower one bears what was given to the upper one, where that is clear of the support.
+pub fn on_the_lower(a: Option<Foot>, b: Option<Foot>) -> (Option<Foot>, Option<Foot>) {
+    let (Some(mut a), Some(mut b)) = (a.clone(), b.clone()) else {
+        return (a, b);
+    };
+    if (a.ground - b.ground).abs() < CLEAR {
+        return (Some(a), Some(b));
+    }
+    let both = (a.force + b.force, a.mass.zip(b.mass).map(|(a, b)| a + b));
+    if a.ground < b.ground {
+        (a.force, a.mass) = both;
+        (Some(a), None)
+    } else {
+        (b.force, b.mass) = both;
+        (None, Some(b))
+    }
+}
+
 /// The centre of mass of a link in the plane, as known, else of its underside.
 pub fn centre_of(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Point2<f64> {
     let known = link.com.as_ref().map(|c| (pose * nalgebra::Point3::from(c.value)).xy());
@@ -192,6 +252,12 @@ pub fn riders(model: &Model, link: &str) -> Vec<String> {
 pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
     let under = underside(mesh, pose)?;
     Some(under.mean_distance(&under.area_centroid().1))
+}
+
+/// The torsional radius of a mesh at `pose` (z up) that stands on the corners of its underside alone, m: none is larger.
+pub fn outermost_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
+    let under = underside(mesh, pose)?;
+    Some(Under::of(&under, &under.area_centroid().1).outermost)
 }
 
 /// A pressure under a footprint.

@@ -108,6 +108,22 @@ impl Footprint {
         (0..n).map(move |i| (&self.corners[i], &self.corners[(i + 1) % n]))
     }
 
+    /// The corners with the share of a whole turn that the outline takes there: of a box a quarter each, however finely its
+    /// corners are rounded.
+    pub fn turned(&self) -> Vec<(Point2<f64>, f64)> {
+        let n = self.corners.len();
+        let at = |i: usize| {
+            let (before, here, after) = (
+                &self.corners[(i + n - 1) % n],
+                &self.corners[i],
+                &self.corners[(i + 1) % n],
+            );
+            let (into, out) = (here - before, after - here);
+            (*here, into.perp(&out).atan2(into.dot(&out)) / std::f64::consts::TAU)
+        };
+        (0..n).map(at).collect()
+    }
+
     /// Area, m², and centroid.
     pub fn area_centroid(&self) -> (f64, Point2<f64>) {
         let (mut area, mut moment) = (0.0, Vector2::zeros());
@@ -203,6 +219,15 @@ mod tests {
         assert!((near.outward - Vector2::new(-1.0, 0.0)).norm() < 1e-12);
         let inside = square().nearest(&Isometry2::identity(), &Point2::new(0.04, 0.0));
         assert!((inside.distance + 0.01).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_square_turns_a_quarter_at_each_corner() {
+        let turned = square().turned();
+        assert!(
+            turned.len() == 4 && turned.iter().all(|t| (t.1 - 0.25).abs() < 1e-12),
+            "{turned:?}"
+        );
     }
 
     #[test]

@@ -92,7 +92,7 @@ impl LimitSurface {
         if radius.is_nan() || radius <= 0.0 {
             return None;
         }
-        let mut points = gathered(points);
+        let mut points = gathered(points, CELLS);
         // Gathering draws in: the torsional radius stays.
         let drawn: f64 = points.iter().map(|(p, share)| share * p.norm()).sum();
         points.iter_mut().for_each(|(p, _)| *p *= radius / drawn);
@@ -208,8 +208,8 @@ impl LimitSurface {
     }
 }
 
-/// The points gathered into the cells of a grid, each where its load is.
-fn gathered(points: &[(Vector2<f64>, f64)]) -> Vec<(Vector2<f64>, f64)> {
+/// The points gathered into the cells of a grid of so many a side, each where its load is.
+pub(super) fn gathered(points: &[(Vector2<f64>, f64)], side: usize) -> Vec<(Vector2<f64>, f64)> {
     let corner = |pick: fn(f64, f64) -> f64, start: f64| {
         points.iter().fold(Vector2::repeat(start), |c, (p, _)| {
             Vector2::new(pick(c.x, p.x), pick(c.y, p.y))
@@ -218,11 +218,11 @@ fn gathered(points: &[(Vector2<f64>, f64)]) -> Vec<(Vector2<f64>, f64)> {
     let (low, high) = (corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY));
     let cell = |x: f64, k: usize| {
         let share = (x - low[k]) / (high[k] - low[k]).max(1e-12);
-        ((share * CELLS as f64) as usize).min(CELLS - 1)
+        ((share * side as f64) as usize).min(side - 1)
     };
-    let mut cells = vec![(Vector2::zeros(), 0.0); CELLS * CELLS];
+    let mut cells = vec![(Vector2::zeros(), 0.0); side * side];
     for (p, share) in points {
-        let (sum, load) = &mut cells[cell(p.y, 1) * CELLS + cell(p.x, 0)];
+        let (sum, load) = &mut cells[cell(p.y, 1) * side + cell(p.x, 0)];
         *sum += p * *share;
         *load += share;
     }

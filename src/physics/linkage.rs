@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, Isometry2, Isometry3, Matrix2xX, Point2, UnitQuaternion, Vector2, Vector3};
 
 use super::Footprint;
-use super::foot::{Foot, centre_of, foot, loaded};
+use super::foot::{Foot, centre_of, foot, loaded, on_the_lower};
 use super::quasistatic::Dissipator;
 use crate::base::{Estimate, Pose};
 use crate::geometry::Mesh;
@@ -188,13 +188,14 @@ impl Linkage {
         let mut all = Vec::new();
         for (i, link) in self.links.iter().enumerate() {
             if let Some(foot) = &link.foot {
-                let (centre, radius) = self.loaded_at(link, foot);
+                let (centre, radius, points) = self.pressed(link, foot);
                 let (linear, angular) = self.jacobian(i, &link.moved.transform_point(&centre));
                 let mut rows = DMatrix::zeros(3, n);
                 rows.rows_mut(0, 2).copy_from(&linear);
                 rows.row_mut(2).copy_from(&(angular.transpose() * radius));
                 all.push(Dissipator {
                     rows,
+                    points,
                     force: foot.force,
                     creep: foot.creep,
                     damping: 0.0,
@@ -207,6 +208,7 @@ impl Linkage {
             rows[(0, 3 + k)] = 1.0;
             all.push(Dissipator {
                 rows,
+                points: Vec::new(),
                 force: if joint.stopped { STOP } else { joint.friction.max(1e-6) },
                 creep: 0.0,
                 damping: joint.damping,
@@ -216,13 +218,28 @@ impl Linkage {
         all
     }
 
-    /// Where the load of a foot acts, plane frame at the start, and its torsional radius: what hangs on the link
-    /// pulls the load to its side, wherever its joint has brought it.
-    fn loaded_at(&self, link: &PlaneLink, foot: &Foot) -> (Point2<f64>, f64) {
-        if link.hanging.is_empty() {
-            return (foot.centre + link.moved.rotation.inverse() * link.ahead, foot.radius);
+    /// Where the load of a foot acts, plane frame at the start, its torsional radius and, of a thing of links, the points that
+    /// press, as they lie now: the links turn against each other with less than an ellipsoid through sliding and turning tells.
+    fn pressed(&self, link: &PlaneLink, foot: &Foot) -> (Point2<f64>, f64, Vec<(Vector2<f64>, f64)>) {
+        let centre = self.load_of(link, foot);
+        if !self.joints.is_empty()
+            && let Some(pressed) = foot.points_at(&centre)
+        {
+            let turn = |(p, share): &(Vector2<f64>, f64)| (link.moved.rotation * p, *share);
+            return (pressed.centre, 1.0, pressed.points.iter().map(turn).collect());
         }
-        let mut centre = foot.centre;
+        let (centre, radius) = if link.hanging.is_empty() {
+            (centre, foot.radius)
+        } else {
+            foot.pressed_at(&centre)
+        };
+        (centre, radius, Vec::new())
+    }
+
+    /// Where a link is loaded, plane frame at the start: what hangs on it pulls the load to its side, wherever its joint has
+    /// brought it.
+    fn load_of(&self, link: &PlaneLink, foot: &Foot) -> Point2<f64> {
+        let mut centre = foot.centre + link.moved.rotation.inverse() * link.ahead;
         for (child, share) in &link.hanging {
             let child = &self.links[*child];
             let at = link
@@ -230,7 +247,7 @@ impl Linkage {
                 .inverse_transform_point(&child.moved.transform_point(&child.centre));
             centre += (at - foot.centre) * *share;
         }
-        foot.pressed_at(&centre)
+        centre
     }
 
     /// Tips the load of a link ahead under a force (N) of a tool at `height` (m along the normal): friction, which
@@ -302,29 +319,11 @@ fn slice(mesh: &Mesh, pose: &Isometry3<f64>, height: f64) -> Option<Footprint> {
     Footprint::section(&points, &mesh.triangles, height)
 }
 
-/// Height above the lower of two that are glued from which the upper one bears on nothing, m.
-const CLEAR: f64 = 5e-3;
-
 /// Of two that are glued the upper one does not rub on the support: what was given to it presses the lower one.
 fn stand_on_the_lowest(links: &mut [PlaneLink], joints: &[PlaneJoint]) {
     for joint in joints.iter().filter(|j| matches!(j.freedom, Freedom::Weld)) {
-        let ground = |i: usize| links[i].foot.as_ref().map(|f| f.ground);
-        let (Some(a), Some(b)) = (ground(joint.parent), ground(joint.child)) else {
-            continue;
-        };
-        let (lower, upper) = if a < b {
-            (joint.parent, joint.child)
-        } else {
-            (joint.child, joint.parent)
-        };
-        if (a - b).abs() < CLEAR {
-            continue;
-        }
-        let lifted = links[upper].foot.take();
-        if let (Some(foot), Some(lifted)) = (links[lower].foot.as_mut(), lifted) {
-            foot.force += lifted.force;
-            foot.mass = foot.mass.zip(lifted.mass).map(|(a, b)| a + b);
-        }
+        let [a, b] = [joint.parent, joint.child].map(|i| links[i].foot.take());
+        (links[joint.parent].foot, links[joint.child].foot) = on_the_lower(a, b);
     }
 }
 

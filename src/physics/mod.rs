@@ -28,7 +28,7 @@ pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use between::{Between, SHORTFALL};
 pub use driven::Driven;
 pub use elastic::ElasticLaw;
-pub use foot::{Foot, Pressed, pressed_underside, uniform_torsional_radius};
+pub use foot::{Foot, Pressed, outermost_torsional_radius, pressed_underside, uniform_torsional_radius};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
 pub use limit_surface::LimitSurface;

@@ -2,10 +2,11 @@
 //!
 //! The motion is the one whose friction balances the tool: `W(q') q' = J' f`, where `W` collects, for
 //! every foot, the ellipsoidal limit surface `(f/fmax)^2 + (tau/(c fmax))^2 = 1` (Howe and Cutkosky 1996) less what a patch
-//! falls short of it between sliding and turning, and, for every joint, its Coulomb friction. Each is of degree zero in the
+//! falls short of it between sliding and turning, or where it is known how the foot presses the sum over its points (Goyal,
+//! Ruina and Papadopoulos 1991), and, for every joint, its Coulomb friction. Each is of degree zero in the
 //! speed, so the weights are found by iteration; for one body that does not turn the first pass is already exact.
 
-use nalgebra::{DMatrix, DVector, Matrix2xX, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3, Vector2};
 
 use super::{Between, SHORTFALL};
 
@@ -13,7 +14,11 @@ use super::{Between, SHORTFALL};
 #[derive(Clone, Debug)]
 pub struct Dissipator {
     /// Maps the generalised velocity to the slip of the element, already scaled to m/s: of a foot along, across and turning.
+    /// Of a foot with points the third row is that of the angular velocity, rad/s.
     pub rows: DMatrix<f64>,
+    /// Where a foot presses, as points about where its rows are taken, plane frame, m, with their shares of its force; none where
+    /// only its torsional radius is known.
+    pub points: Vec<(Vector2<f64>, f64)>,
     /// Friction force, N (or N·m for a revolute joint with rows in rad/s).
     pub force: f64,
     /// Speed below which friction is viscous, m/s (rad/s): less than the full force lets it creep, it never holds.
@@ -51,6 +56,8 @@ pub struct ContactSolution {
 /// Speeds below this count as stuck, m/s or rad/s.
 const STUCK: f64 = 1e-6;
 const PASSES: usize = 40;
+/// The same where a foot presses at points: one of them may be what all turns about.
+const PASSES_POINTS: usize = 100;
 /// Velocities this near are one, a share.
 const NEAR: f64 = 1e-6;
 /// Rows of what a foot resists: two of sliding, one of turning.
@@ -81,39 +88,76 @@ enum Mode {
     Slide(Vector2<f64>),
 }
 
+impl Dissipator {
+    fn least(&self) -> f64 {
+        self.creep.max(STUCK)
+    }
+
+    /// What it resists per generalised speed, at this slip.
+    fn weight(&self, slip: &DVector<f64>) -> DMatrix<f64> {
+        if !self.points.is_empty() {
+            return self.rows.transpose() * self.over_points(slip) * &self.rows;
+        }
+        let speed = slip.norm().max(self.least());
+        let mut weighed = self.rows.clone();
+        if weighed.nrows() == FOOT {
+            let between = Between::at((slip[2] / speed).powi(2), SHORTFALL.0);
+            weighed.rows_mut(0, 2).scale_mut(between.force);
+            weighed.row_mut(2).scale_mut(between.moment);
+        }
+        self.rows.transpose() * weighed * (self.force / speed + self.damping)
+    }
+
+    /// The same of a foot with points, per velocity of their middle and spin.
+    fn over_points(&self, slip: &DVector<f64>) -> Matrix3<f64> {
+        let mut sum = Matrix3::zeros();
+        for (at, share) in &self.points {
+            let velocity = Vector2::new(slip[0] - slip[2] * at.y, slip[1] + slip[2] * at.x);
+            let per = share * self.force / velocity.norm().max(self.least());
+            sum += Matrix3::new(
+                per,
+                0.0,
+                -per * at.y,
+                0.0,
+                per,
+                per * at.x,
+                -per * at.y,
+                per * at.x,
+                per * at.norm_squared(),
+            );
+        }
+        sum
+    }
+}
+
 fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSolution {
     let n = contact.jacobian.ncols();
     let mut velocity = DVector::from_element(n, 0.0);
-    let least = |element: &Dissipator| element.creep.max(STUCK);
-    let mut slips: Vec<(f64, f64)> = dissipators
+    // At first all slide as fast as the tool, none turns.
+    let mut slips: Vec<DVector<f64>> = dissipators
         .iter()
-        .map(|e| (contact.tool_velocity.norm().max(least(e)), 0.0))
+        .map(|e| {
+            let mut slip = DVector::zeros(e.rows.nrows());
+            slip[0] = contact.tool_velocity.norm().max(e.least());
+            slip
+        })
         .collect();
     let mut force = Vector2::zeros();
     let pull = dissipators.iter().filter(|e| e.pull != 0.0);
     let pull = pull.fold(DVector::zeros(n), |sum: DVector<f64>, e| {
         sum + e.rows.row(0).transpose() * e.pull
     });
-    for _ in 0..PASSES {
+    let points = dissipators.iter().any(|e| !e.points.is_empty());
+    for _ in 0..if points { PASSES_POINTS } else { PASSES } {
         let mut weight = DMatrix::from_diagonal_element(n, n, 1e-9);
-        for (element, (speed, turning)) in dissipators.iter().zip(&slips) {
-            let mut weighed = element.rows.clone();
-            if weighed.nrows() == FOOT {
-                let between = Between::at(*turning, SHORTFALL.0);
-                weighed.rows_mut(0, 2).scale_mut(between.force);
-                weighed.row_mut(2).scale_mut(between.moment);
-            }
-            weight += element.rows.transpose() * weighed * (element.force / speed + element.damping);
+        for (element, slip) in dissipators.iter().zip(&slips) {
+            weight += element.weight(slip);
         }
         let Some(inverse) = weight.try_inverse() else { break };
         let before = velocity.clone();
         (velocity, force) = balance(&inverse, &pull, contact, mode);
-        for (element, (speed, turning)) in dissipators.iter().zip(&mut slips) {
-            let slip = &element.rows * &velocity;
-            *speed = slip.norm().max(least(element));
-            if slip.nrows() == FOOT {
-                *turning = (slip[2] / *speed).powi(2);
-            }
+        for (element, slip) in dissipators.iter().zip(&mut slips) {
+            *slip = &element.rows * &velocity;
         }
         if (&velocity - before).norm() <= NEAR * velocity.norm() {
             break;
@@ -166,6 +210,7 @@ mod tests {
         (
             vec![Dissipator {
                 rows,
+                points: Vec::new(),
                 force: fmax,
                 creep: 0.0,
                 damping: 0.0,
@@ -200,6 +245,25 @@ mod tests {
         );
         assert!((solved.force - force).norm() < 1e-5, "{} against {force}", solved.force);
         assert!((r.perp(&solved.force) - moment).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_foot_of_four_corners_turns_about_where_its_points_say() {
+        // A central push beside the middle: force and moment are those of the corners as they slide.
+        let (mut feet, contact) = body(2.5, 0.03, Vector2::new(-0.05, 0.02), Vector2::x(), 10.0);
+        let corners = [(0.05, 0.03), (0.05, -0.03), (-0.05, 0.03), (-0.05, -0.03)];
+        feet[0].points = corners.map(|(x, y)| (Vector2::new(x, y), 0.25)).to_vec();
+        feet[0].rows[(2, 2)] = 1.0;
+        let solved = solve_contact(&feet, &contact).expect("contact");
+        let v = &solved.velocity;
+        let (mut force, mut moment) = (Vector2::zeros(), 0.0);
+        for (x, y) in corners {
+            let slip = Vector2::new(v[0] - v[2] * y, v[1] + v[2] * x).normalize() * (0.25 * 2.5);
+            force += slip;
+            moment += Vector2::new(x, y).perp(&slip);
+        }
+        assert!((solved.force - force).norm() < 1e-4, "{} against {force}", solved.force);
+        assert!((Vector2::new(-0.05, 0.02).perp(&solved.force) - moment).abs() < 1e-5);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Config, Quantity, Trace};
+use super::{Config, Curve, Quantity, Trace};
 use crate::twin::{BaseFit, Finding, Verdict};
 
 /// Sums over all samples of one quantity.
@@ -12,6 +12,7 @@ struct Sums {
     squared_error: f64,
     squared_noise: f64,
     squared_signal: f64,
+    squared_doubt: f64,
 }
 
 impl Sums {
@@ -24,15 +25,30 @@ impl Sums {
     fn excess(&self) -> f64 {
         ((self.squared_error - self.squared_noise).max(0.0) / self.count).sqrt()
     }
+    /// What is not known of the numbers that the prediction rests on leaves so much.
+    fn doubt(&self) -> f64 {
+        (self.squared_doubt / self.count).sqrt()
+    }
     fn signal(&self) -> f64 {
         (self.squared_signal / self.count).sqrt()
     }
 }
 
 /// The pairs (measured, predicted) of a curve that can be compared.
-pub fn pairs(curve: &super::Curve) -> impl Iterator<Item = (f64, f64)> + '_ {
+pub fn pairs(curve: &Curve) -> impl Iterator<Item = (f64, f64)> + '_ {
     let both = curve.measured.iter().copied().zip(curve.predicted.iter().copied());
     both.filter(|(m, p)| m.is_finite() && p.is_finite())
+}
+
+/// Sum of the squares of a curve's doubts where it can be compared.
+fn squared_doubt(curve: &Curve, doubt: Option<&Vec<f64>>) -> f64 {
+    let rows = curve
+        .measured
+        .iter()
+        .zip(&curve.predicted)
+        .zip(doubt.into_iter().flatten());
+    let known = rows.filter(|((m, p), _)| m.is_finite() && p.is_finite());
+    known.map(|(_, d)| d * d).sum()
 }
 
 /// Seconds over which forces are averaged before they are judged: a stiff finger chatters on dry friction,
@@ -42,11 +58,10 @@ const BLOCK: f64 = 0.25;
 /// Curves of which forces are averaged over blocks.
 fn smoothed(trace: &Trace) -> Trace {
     let mut out = trace.clone();
-    for curve in out
-        .curves
-        .iter_mut()
-        .filter(|c| matches!(c.quantity, Quantity::Force | Quantity::Torque))
-    {
+    for (i, curve) in out.curves.iter_mut().enumerate() {
+        if !matches!(curve.quantity, Quantity::Force | Quantity::Torque) {
+            continue;
+        }
         let blocks = blocks(curve);
         let size = blocks.iter().map(|b| b.len()).max().unwrap_or(1) as f64;
         let mean = |values: &[f64], rows: &[usize]| rows.iter().map(|i| values[*i]).sum::<f64>() / rows.len() as f64;
@@ -55,12 +70,15 @@ fn smoothed(trace: &Trace) -> Trace {
         curve.time = blocks.iter().map(|rows| mean(&curve.time, rows)).collect();
         (curve.measured, curve.predicted) = (measured, predicted);
         curve.noise = curve.noise.map(|n| n / size.sqrt());
+        if let Some(doubt) = out.doubt.get_mut(i) {
+            *doubt = blocks.iter().map(|rows| mean(doubt, rows)).collect();
+        }
     }
     out
 }
 
 /// Rows that can be compared, by blocks of time.
-fn blocks(curve: &super::Curve) -> Vec<Vec<usize>> {
+fn blocks(curve: &Curve) -> Vec<Vec<usize>> {
     let mut blocks: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
     for i in 0..curve.predicted.len() {
         if curve.measured[i].is_finite() && curve.predicted[i].is_finite() {
@@ -75,7 +93,9 @@ fn blocks(curve: &super::Curve) -> Vec<Vec<usize>> {
 
 fn gather<'a>(traces: impl Iterator<Item = &'a Trace>) -> BTreeMap<Quantity, Sums> {
     let mut all: BTreeMap<Quantity, Sums> = BTreeMap::new();
-    for curve in traces.flat_map(|t| &t.curves) {
+    let each = traces.flat_map(|t| t.curves.iter().enumerate().map(|(i, c)| (c, t.doubt.get(i))));
+    for (curve, doubt) in each {
+        all.entry(curve.quantity).or_default().squared_doubt += squared_doubt(curve, doubt);
         // Forces count from nought, their tare is taken out; places from where they began.
         let reference = match curve.quantity {
             Quantity::Force | Quantity::Torque => 0.0,
@@ -130,7 +150,10 @@ pub fn base_fit(traces: &[Trace], config: &Config) -> BaseFit {
     }
 }
 
-/// `adequate` where no quantity is missed by more than the noise and the tolerance, else `unknown`:
+/// Standard deviations of what is not known of the twin's numbers that a prediction may be off by.
+const DOUBT: f64 = 2.0;
+
+/// `adequate` where no quantity is missed by more than the noise, the tolerance and what the twin's own numbers leave in doubt, else `unknown`:
 /// something is left, and this version gives it no name. Nothing to compare is also `unknown`.
 pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
     let any_held_out = traces.iter().any(|t| t.held_out && !t.curves.is_empty());
@@ -154,7 +177,7 @@ pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
             Quantity::Bounced => return true,
             Quantity::Rotation => (config.tolerance * s.signal()).max(config.rotation_tolerance),
         };
-        s.excess() <= allowed.max(2.0 * s.floor() / s.count.sqrt())
+        s.excess() <= allowed.hypot(DOUBT * s.doubt()).max(2.0 * s.floor() / s.count.sqrt())
     };
     let adequate = !sums.is_empty() && sums.iter().all(|(q, s)| fits(q, s));
     if adequate { Verdict::Adequate } else { Verdict::Unknown }
@@ -169,16 +192,17 @@ pub fn hardly_felt(finding: &Finding) -> bool {
 /// Whether the plain model foretells the forces.
 pub fn forces_fit(traces: &[Trace], config: &Config) -> bool {
     let mut forces = traces.to_vec();
-    forces.iter_mut().for_each(|t| {
-        t.curves
-            .retain(|c| matches!(c.quantity, Quantity::Force | Quantity::Torque))
-    });
+    for trace in &mut forces {
+        let felt = |c: &Curve| matches!(c.quantity, Quantity::Force | Quantity::Torque);
+        let doubts = trace.curves.iter().zip(&trace.doubt).filter(|(c, _)| felt(c));
+        trace.doubt = doubts.map(|(_, d)| d.clone()).collect();
+        trace.curves.retain(felt);
+    }
     verdict(&forces, config) == Verdict::Adequate
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Curve;
     use super::*;
 
     fn trace(scale: f64) -> Trace {

@@ -10,6 +10,7 @@ mod contact_law;
 mod coupling;
 mod delay;
 mod diagnose;
+mod doubt;
 mod evidence;
 mod family;
 mod fit;

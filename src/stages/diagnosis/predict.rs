@@ -49,6 +49,7 @@ pub fn trace_of(capture: &Capture, interaction: &Interaction, segmented: Option<
         held_out: interaction.held_out,
         remark: predicted.remark,
         curves: predicted.curves,
+        doubt: predicted.doubt,
         paths: predicted.paths,
     }
 }

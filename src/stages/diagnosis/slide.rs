@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::doubt::{add_squares, in_doubt};
 use super::predict::{Outcome, Scene};
 use super::rubbing::shoved_along;
 use super::trace::Predicted;
@@ -9,7 +10,7 @@ use super::{Curve, Path, Quantity};
 use crate::base::Pose;
 use crate::capture::{PhaseKind, PoseStream};
 use crate::math::{interpolate, median};
-use crate::physics::{Action, Hold, Prediction, PushPrediction};
+use crate::physics::{Action, Hold, Prediction, PushPrediction, predict_push};
 use crate::stages::estimation::{first_rest, replay_push, rest_pose, support_normal, travel_direction, tumbles};
 
 /// Seconds after first contact in which static friction and presliding rule: the model does not say.
@@ -33,11 +34,14 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     let (gap, mut found) = replay_push(scene.model, scene.interaction, scene.segmented, action, 0.0, 3)
         .ok_or("friction or shape of what is moved is not known, or its joint is out of the plane")?;
     let lagging = fall_behind(scene, &mut found, &direction);
-    let mut curves = Vec::new();
-    curves.extend(force_curve(scene, action, &found, &direction));
-    for (name, track) in &scene.interaction.tracks {
-        curves.extend(motion_curves(scene, name, track, &found.prediction, &direction));
+    let curves = curves_of(scene, action, &found, &direction);
+    let mut squares = Vec::new();
+    for model in in_doubt(scene.model, &action.target) {
+        if let Some(with) = predict_push(&model, action, gap) {
+            add_squares(&mut squares, &curves, &curves_of(scene, action, &with, &direction));
+        }
     }
+    let doubt = squares.iter().map(|c| c.iter().map(|x| x.sqrt()).collect()).collect();
     let met = (action.tool.hold == Hold::Push).then(|| {
         format!(
             "the tool met the surface {:.1} mm from where the mesh has it (fitted anew)",
@@ -53,6 +57,7 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     };
     Ok(Predicted {
         curves,
+        doubt,
         remark,
         paths: found.prediction.poses.into_iter().map(path).collect(),
     })
@@ -98,6 +103,16 @@ fn fall_behind(scene: &Scene, found: &mut PushPrediction, direction: &Vector3<f6
 
 /// Ways below which nothing falls behind, m.
 const SHORT: f64 = 5e-3;
+
+/// Force and motion of every tracked link, beside what is foretold.
+fn curves_of(scene: &Scene, action: &Action, found: &PushPrediction, direction: &Vector3<f64>) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    curves.extend(force_curve(scene, action, found, direction));
+    for (name, track) in &scene.interaction.tracks {
+        curves.extend(motion_curves(scene, name, track, &found.prediction, direction));
+    }
+    curves
+}
 
 /// What the table bears over the weight, where a hand holds what is weighed: it may press down, or take weight off.
 fn borne(scene: &Scene, action: &Action, force: &[Vector3<f64>]) -> Vec<f64> {

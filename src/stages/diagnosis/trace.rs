@@ -83,6 +83,9 @@ pub struct Trace {
     pub remark: Option<String>,
     /// Its curves.
     pub curves: Vec<Curve>,
+    /// How far each of them may be off for what is not known of the twin's numbers (1 sd), in the curve's unit at its times;
+    /// empty where that was not asked.
+    pub doubt: Vec<Vec<f64>>,
     /// Where the twin has each link go, by its name; links of which it does not say are left out.
     pub paths: BTreeMap<String, Path>,
 }
@@ -100,6 +103,8 @@ pub struct Path {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Predicted {
     pub(super) curves: Vec<Curve>,
+    /// Their doubts.
+    pub(super) doubt: Vec<Vec<f64>>,
     /// What was fitted anew.
     pub(super) remark: Option<String>,
     pub(super) paths: BTreeMap<String, Path>,

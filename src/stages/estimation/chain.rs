@@ -7,60 +7,78 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::chain_trial::{Trial, misfit, trials_of};
-use super::pool::positive;
-use crate::base::{Confounded, Estimate, Notices};
+use super::chain_write::write;
+use super::pool::relative_sd;
+use crate::base::{Estimate, Notices};
 use crate::capture::{Capture, Segmented};
 use crate::geometry::mass_properties;
 use crate::math::{Fit, Loss, Settings, levenberg_marquardt};
-use crate::physics::uniform_torsional_radius;
-use crate::twin::{Body, FrictionForce, JointKind, Link, Model};
+use crate::physics::{outermost_torsional_radius, uniform_torsional_radius};
+use crate::twin::{Body, FrictionForce, Joint, JointKind, Link, Model};
 
 /// Most links of a body that is fitted: the number of ways doubles with each.
 const MOST_LINKS: usize = 4;
 /// Log-sd of a link's mass over the root's about what the volumes say.
 const RATIO: f64 = 0.8;
-/// Log-sd of a joint's friction about what its own load said.
+/// Log-sd of a joint's friction about what its own load said, where that was not measured.
 const JOINT: f64 = 1.2;
+/// Prior of what resists a joint in proportion to its speed, beside its friction where it moves as fast as it did: median and log-sd.
+const DAMPING: (f64, f64) = (0.1, 1.5);
 /// Prior of the friction between finger and body: median and log-sd.
-const TOOL: (f64, f64) = (0.35, 0.6);
+pub(super) const TOOL: (f64, f64) = (0.35, 0.6);
 /// Prior of the speed below which friction lets the links creep: median, m/s, and log-sd.
-const CREEP: (f64, f64) = (1e-3, 2.0);
+pub(super) const CREEP: (f64, f64) = (1e-3, 2.0);
 /// Log-sd of the torsional radii about those of linear pressure.
-const RADIUS: f64 = 0.35;
-/// A way of bearing is believed where the next best costs this much more, nats.
-const CLEAR: f64 = 4.0;
+pub(super) const RADIUS: f64 = 0.35;
+/// A way of bearing is believed where the next best costs this much more, nats: the law of friction below a link is not known so
+/// well that less would do.
+const CLEAR: f64 = 10.0;
+/// The same against one in which a child weighs next to nothing.
+const NEAR: f64 = 25.0;
+/// The model of a thing that fits better than it claims to is held to what it shows, but no more than so far.
+const FINEST: f64 = 0.4;
 /// Misfit in units of what the model may miss, beyond which it is not the model of this body.
 const FAR_OFF: f64 = 3.5;
 
 /// A body with what is varied in it.
 pub(super) struct Chain {
     /// Name of the body.
-    body: String,
-    root: String,
+    pub body: String,
+    pub root: String,
     /// Children in the order of the joints, with the log of mass over the root's mass by volume.
-    children: Vec<(String, f64)>,
-    /// Log of the friction of each joint as its own load has it.
-    joints: Vec<f64>,
+    pub children: Vec<(String, f64)>,
+    /// Logs of the friction of each joint and of its damping as its own load has them, with their sds.
+    joints: Vec<[(f64, f64); 2]>,
     /// Log of the friction force of all together, N.
     total: f64,
     /// Torsional radii of uniform pressure, m.
-    radii: BTreeMap<String, f64>,
+    pub radii: BTreeMap<String, f64>,
+    /// The largest that a load below a link can have, m.
+    pub outermost: BTreeMap<String, f64>,
 }
 
 /// One way in which the children bear on the support, fitted.
-struct Way {
-    bears: Vec<bool>,
-    fit: Fit,
+#[derive(Clone)]
+pub(super) struct Way {
+    pub bears: Vec<bool>,
+    pub fit: Fit,
     /// Misfit in units of what the model may miss, 1 where it is as good as it claims.
-    scale: f64,
+    pub scale: f64,
 }
 
 /// Fits every jointed body that was pushed or pulled along the support; writes friction forces, the friction of the
-/// joints and of the tool.
-pub(super) fn fit_chains(capture: &Capture, segmented: &[Segmented], model: &mut Model, notices: &mut Notices) {
+/// joints and of the tool. Names the links that are found to hang free of the support.
+pub(super) fn fit_chains(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &mut Model,
+    notices: &mut Notices,
+) -> Vec<String> {
+    let mut hang = Vec::new();
     let bodies: Vec<Body> = model.twin.bodies.clone();
     for body in bodies.iter().filter(|b| (2..=MOST_LINKS).contains(&b.links.len())) {
         let Some(chain) = Chain::of(body, model) else { continue };
@@ -68,16 +86,16 @@ pub(super) fn fit_chains(capture: &Capture, segmented: &[Segmented], model: &mut
         if trials.len() < 2 {
             continue;
         }
-        let mut ways: Vec<Way> = chain
-            .ways()
-            .into_iter()
-            .filter_map(|bears| chain.fit(bears, model, &trials))
-            .collect();
-        ways.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        let ways = chain.fitted(model, &trials);
         if let Some(best) = chain.chosen(&ways) {
-            chain.write(best, &trials, model, notices);
+            let rivals = chain.rivals(best, &ways);
+            write(&chain, best, &rivals, &trials, model, notices);
+            let decided = |k: &usize| !best.bears[*k] && !chain.light(best, *k) && rivals.iter().all(|w| !w.bears[*k]);
+            let free = (0..chain.children.len()).filter(decided);
+            hang.extend(free.map(|k| chain.children[k].0.clone()));
         }
     }
+    hang
 }
 
 impl Chain {
@@ -99,12 +117,13 @@ impl Chain {
         for joint in &body.joints {
             let child = body.links.iter().find(|l| l.name == joint.child)?;
             children.push((child.name.clone(), (volume(child)? / of_root).max(1e-3).ln()));
-            joints.push(joint.friction.as_ref().map_or(0.01, |f| f.value.max(1e-3)).ln());
+            joints.push(held_of(joint));
         }
-        let mut radii = BTreeMap::new();
+        let (mut radii, mut outermost) = (BTreeMap::new(), BTreeMap::new());
         for link in &body.links {
             let mesh = model.meshes.get(link.mesh.as_ref()?)?;
             radii.insert(link.name.clone(), uniform_torsional_radius(mesh, &link.pose.0)?);
+            outermost.insert(link.name.clone(), outermost_torsional_radius(mesh, &link.pose.0)?);
         }
         (total > 0.0).then(|| Self {
             body: body.name.clone(),
@@ -113,6 +132,7 @@ impl Chain {
             joints,
             total: total.ln(),
             radii,
+            outermost,
         })
     }
 
@@ -124,45 +144,116 @@ impl Chain {
             .collect()
     }
 
-    /// The way that is believed, `ways` best first. A child that bears with next to nothing hangs: the way that says
-    /// so is the plainer one, and no rival of it.
-    fn chosen<'a>(&self, ways: &'a [Way]) -> Option<&'a Way> {
-        let mimics = |w: &Way| {
-            let light = |k: usize| w.fit.x[1 + k] < self.children[k].1 - 1.5 * RATIO;
-            (0..self.children.len()).any(|k| w.bears[k] && light(k))
+    /// Every way, fitted, best first. What fits better than the model claims to is fitted anew as finely as the best of all.
+    fn fitted(&self, model: &Model, trials: &[Trial]) -> Vec<Way> {
+        let rough: Vec<Way> = self
+            .ways()
+            .into_iter()
+            .filter_map(|bears| self.fit(bears, model, trials, 1.0, None))
+            .collect();
+        let best = rough.iter().map(|w| w.scale).fold(f64::INFINITY, f64::min);
+        let fine = best.clamp(FINEST, 1.0);
+        let finer = |w: &Way| self.fit(w.bears.clone(), model, trials, fine, Some(&w.fit.x));
+        let mut ways: Vec<Way> = if fine < 1.0 {
+            rough.iter().filter_map(finer).collect()
+        } else {
+            rough
         };
-        let first = ways.first()?;
-        let allowance = CLEAR * first.scale.powi(2).max(1.0);
-        let within = |w: &&Way| w.fit.cost < first.fit.cost + allowance;
-        let mut rivals = ways.iter().filter(within).filter(|w| !mimics(w));
-        let best = rivals.next()?;
-        (rivals.next().is_none() && best.scale < FAR_OFF).then_some(best)
+        // What a child that bears with next to nothing came to is a start for one that hangs.
+        for k in 0..ways.len() {
+            let Some((bears, x)) = self.hung_instead(&ways[k]) else {
+                continue;
+            };
+            let better = self.fit(bears, model, trials, fine, Some(&x));
+            for way in ways.iter_mut() {
+                if let Some(found) = better
+                    .as_ref()
+                    .filter(|b| b.bears == way.bears && b.fit.cost < way.fit.cost)
+                {
+                    way.clone_from(found);
+                }
+            }
+        }
+        ways.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        ways
     }
 
-    /// The parameters: logs of the total force, of the children's mass ratios, of the joints' frictions, of the
+    /// The way that fits best, `ways` best first; nothing where none does. One in which a child weighs next to nothing only where
+    /// no other comes near: what hangs pulls the load to its side, and what bears with nothing hangs.
+    fn chosen<'a>(&self, ways: &'a [Way]) -> Option<&'a Way> {
+        let first = ways.first()?;
+        let near = |w: &&Way| within(w, first, NEAR) && !self.weightless(w);
+        let plainer = |w: &&Way| within(w, first, CLEAR) && !self.mimics(w);
+        let best = ways.iter().find(near).or_else(|| ways.iter().find(plainer));
+        best.filter(|w| w.scale < FAR_OFF)
+    }
+
+    /// The other ways that fit nearly as well.
+    fn rivals<'a>(&self, best: &Way, ways: &'a [Way]) -> Vec<&'a Way> {
+        let other = |w: &&Way| w.bears != best.bears && within(w, best, CLEAR) && !self.mimics(w);
+        ways.iter().filter(other).collect()
+    }
+
+    /// A child that bears with next to nothing hangs: the way that says so is the plainer one, and no rival of it.
+    fn mimics(&self, way: &Way) -> bool {
+        (0..self.children.len()).any(|k| self.hardly_bears(way, k))
+    }
+
+    fn weightless(&self, way: &Way) -> bool {
+        (0..self.children.len()).any(|k| self.light(way, k))
+    }
+
+    fn light(&self, way: &Way, k: usize) -> bool {
+        way.fit.x[1 + k] < self.children[k].1 - 1.5 * RATIO
+    }
+
+    fn hardly_bears(&self, way: &Way, k: usize) -> bool {
+        way.bears[k] && self.light(way, k)
+    }
+
+    /// The same with all that hardly bears hung up, and where to start from then; nothing where there is no such child.
+    fn hung_instead(&self, way: &Way) -> Option<(Vec<bool>, DVector<f64>)> {
+        let (mut bears, mut x) = (way.bears.clone(), way.fit.x.clone());
+        for k in (0..self.children.len()).filter(|k| self.hardly_bears(way, *k)) {
+            bears[k] = false;
+            x[1 + k] = self.children[k].1;
+        }
+        (bears != way.bears).then_some((bears, x))
+    }
+
+    /// The parameters: logs of the total force, of the children's mass ratios, of the joints' frictions, of their damping, of the
     /// creep, of the tool's friction and of the scale of the radii. Means and standard deviations of what is held of them before.
     fn prior(&self) -> (DVector<f64>, DVector<f64>) {
         let mut mean = vec![self.total];
         let mut sd = vec![0.7];
         mean.extend(self.children.iter().map(|c| c.1));
         sd.extend(self.children.iter().map(|_| RATIO));
-        mean.extend(&self.joints);
-        sd.extend(self.joints.iter().map(|_| JOINT));
+        for k in 0..2 {
+            mean.extend(self.joints.iter().map(|j| j[k].0));
+            sd.extend(self.joints.iter().map(|j| j[k].1));
+        }
         mean.extend([CREEP.0.ln(), TOOL.0.ln(), 0.0]);
         sd.extend([CREEP.1, TOOL.1, RADIUS]);
         (DVector::from_vec(mean), DVector::from_vec(sd))
     }
 
-    fn fit(&self, bears: Vec<bool>, model: &Model, trials: &[Trial]) -> Option<Way> {
+    /// One way; `fine` is the share of what the model may miss that it is held to, `from` where to start.
+    fn fit(
+        &self,
+        bears: Vec<bool>,
+        model: &Model,
+        trials: &[Trial],
+        fine: f64,
+        from: Option<&DVector<f64>>,
+    ) -> Option<Way> {
         let small = self.alone(model)?;
         let (mean, sd) = self.prior();
         let residuals = |x: &DVector<f64>| {
             let mut trial_model = small.clone();
             self.apply(x, &bears, &mut trial_model);
             let mut out: Vec<f64> = (x - &mean).component_div(&sd).iter().copied().collect();
-            for trial in trials {
-                out.extend(misfit(&trial_model, trial));
-            }
+            let each: Vec<Vec<f64>> = trials.par_iter().map(|t| misfit(&trial_model, t)).collect();
+            out.extend(each.into_iter().flatten().map(|r| r / fine));
             DVector::from_vec(out)
         };
         let settings = Settings {
@@ -170,31 +261,39 @@ impl Chain {
             iterations: 12,
             tolerance: 1e-3,
         };
-        let starts = self.starts(&mean);
-        let start = starts
-            .into_iter()
-            .min_by(|a, b| residuals(a).norm().total_cmp(&residuals(b).norm()))?;
-        let fit = levenberg_marquardt(&start, &DVector::from_element(mean.len(), 0.05), settings, residuals)?;
+        let starts = from.map_or_else(|| self.starts(&mean), |x| vec![vec![x.clone()]]);
+        let steps = DVector::from_element(mean.len(), 0.05);
+        let fits = starts.into_iter().filter_map(|of_kind| {
+            let nearest = |a: &DVector<f64>, b: &DVector<f64>| residuals(a).norm().total_cmp(&residuals(b).norm());
+            let start = of_kind.into_iter().min_by(nearest)?;
+            levenberg_marquardt(&start, &steps, settings, residuals)
+        });
+        let fit = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let scale = (2.0 * fit.cost / fit.residuals.len().max(1) as f64).sqrt();
         Some(Way { bears, fit, scale })
     }
 
-    /// A finger that sticks has no slope towards one that slides, a joint that is stuck none towards one that turns.
-    fn starts(&self, mean: &DVector<f64>) -> Vec<DVector<f64>> {
+    /// A finger that sticks has no slope towards one that slides, a joint that is stuck none towards one that turns; a plate on its
+    /// corners goes another way than one that presses evenly.
+    fn starts(&self, mean: &DVector<f64>) -> Vec<Vec<DVector<f64>>> {
         let tool = mean.len() - 2;
         let first = 1 + self.children.len();
-        let mut starts = Vec::new();
-        for slip in [0.15f64, 0.3, 0.6] {
-            for joint in [0.0, -1.0, -2.0] {
-                let mut x = mean.clone();
-                x[tool] = slip.ln();
-                for k in 0..self.joints.len() {
-                    x[first + k] += joint;
+        let of = |out: f64| {
+            let mut starts = Vec::new();
+            for slip in [0.15f64, 0.3, 0.6] {
+                for joint in [0.0, -1.0, -2.0] {
+                    let mut x = mean.clone();
+                    x[tool] = slip.ln();
+                    x[tool + 1] = out;
+                    for k in 0..self.joints.len() {
+                        x[first + k] += joint;
+                    }
+                    starts.push(x);
                 }
-                starts.push(x);
             }
-        }
-        starts
+            starts
+        };
+        vec![of(0.0), of(0.3)]
     }
 
     /// A model of this body alone.
@@ -214,7 +313,7 @@ impl Chain {
     }
 
     /// Friction force of every link that bears, N, in the order of root and children.
-    fn forces(&self, x: &DVector<f64>, bears: &[bool]) -> Vec<f64> {
+    pub fn forces(&self, x: &DVector<f64>, bears: &[bool]) -> Vec<f64> {
         let ratios: Vec<f64> = (0..self.children.len()).map(|k| x[1 + k].exp()).collect();
         let all = 1.0 + ratios.iter().sum::<f64>();
         let borne = |k: usize| if bears[k] { ratios[k] } else { 0.0 };
@@ -246,121 +345,29 @@ impl Chain {
         }
         for body in &mut model.twin.bodies {
             for (k, joint) in body.joints.iter_mut().enumerate() {
-                joint.friction = trial(x[1 + self.children.len() + k].exp(), "");
-            }
-        }
-    }
-
-    fn write(&self, way: &Way, trials: &[Trial], model: &mut Model, notices: &mut Notices) {
-        let from: Vec<String> = trials.iter().map(|t| t.interaction.name.clone()).collect();
-        let forces = self.forces(&way.fit.x, &way.bears);
-        let spread = |value: &dyn Fn(&DVector<f64>) -> f64| log_sd(value, &way.fit, way.scale.max(1.0));
-        let names: Vec<String> = std::iter::once(self.root.clone())
-            .chain(self.children.iter().map(|c| c.0.clone()))
-            .collect();
-        for (i, name) in names.iter().enumerate() {
-            let sd = spread(&|x: &DVector<f64>| self.forces(x, &way.bears)[i].max(1e-9).ln());
-            let Some(link) = model.twin.link_mut(name) else {
-                continue;
-            };
-            if forces[i] <= 0.0 {
-                link.friction_force = FrictionForce::default();
-                (link.friction.static_, link.friction.kinetic) = (None, None);
-                notices.note(
-                    super::resolve::STAGE,
-                    name,
-                    "it hangs on its joint, free of the support: so the pushes have it",
-                );
-                continue;
-            }
-            let mut force = positive(
-                forces[i],
-                sd.hypot(0.01),
-                "N",
-                from.clone(),
-                "replay of all pushes of the body",
-            );
-            if sd > 0.3 {
-                force.status = crate::base::Status::Assumed;
-                force.confounded = link.friction_force.kinetic.as_ref().and_then(|f| f.confounded.clone());
-            }
-            link.friction_force.kinetic = Some(force);
-        }
-        self.write_joints(way, &from, model);
-        self.write_contact(way, &from, &names, model);
-    }
-
-    fn write_joints(&self, way: &Way, from: &[String], model: &mut Model) {
-        let first = 1 + self.children.len();
-        let Some(body) = model.twin.bodies.iter_mut().find(|b| b.name == self.body) else {
-            return;
-        };
-        for (k, joint) in body.joints.iter_mut().enumerate() {
-            let sd = way.fit.sd(first + k) * way.scale.max(1.0);
-            let value = way.fit.x[first + k].exp();
-            let unit = if joint.kind == JointKind::Revolute { "N·m" } else { "N" };
-            let before = joint.friction.as_ref();
-            // The joint's own load, felt free of any support, is the better word.
-            if before.is_some_and(Estimate::is_measured) || joint.damping.is_some() {
-                continue;
-            }
-            let mut friction = positive(value, sd, unit, from.to_vec(), "replay of all pushes of the body");
-            // The replay knows no damping of joints: what there is of it is in the friction.
-            let told = before.and_then(|f| f.confounded.clone()).filter(damping_only);
-            let aliased = told.unwrap_or_else(|| Confounded {
-                with: vec!["damping".into()],
-                known: format!("friction + damping at the speed of the pushes = {value:.4} {unit}"),
-                experiment: "move the joint at half and at twice the speed".into(),
-            });
-            if let Some([low, high]) = friction.ci95 {
-                friction = friction.with_interval([0.3 * low, high]).with_confounded(aliased);
-            }
-            friction.status = crate::base::Status::Assumed;
-            joint.friction = Some(friction);
-        }
-    }
-
-    fn write_contact(&self, way: &Way, from: &[String], names: &[String], model: &mut Model) {
-        let n = way.fit.x.len();
-        let scale = way.scale.max(1.0);
-        for name in names {
-            let (tool_sd, radius_sd) = (way.fit.sd(n - 2) * scale, way.fit.sd(n - 1) * scale);
-            let radius = self.radii[name] * way.fit.x[n - 1].exp();
-            let stated = |value: f64, sd: f64, prior: f64, unit: &str| {
-                let mut e = positive(
-                    value,
-                    sd.min(prior),
-                    unit,
-                    from.to_vec(),
-                    "replay of all pushes of the body",
-                );
-                if sd > 0.5 * prior {
-                    e.status = crate::base::Status::Assumed;
-                }
-                Some(e)
-            };
-            let creep = stated(way.fit.x[n - 3].exp(), way.fit.sd(n - 3) * scale, CREEP.1, "m/s");
-            if let Some(link) = model.twin.link_mut(name) {
-                link.friction.creep_speed = creep.filter(|c| c.is_measured() && c.value > 5e-4);
-                link.friction.tool = stated(way.fit.x[n - 2].exp(), tool_sd, TOOL.1, "1");
-                link.friction.torsional_radius = stated(radius, radius_sd, RADIUS, "m");
+                let first = 1 + self.children.len() + k;
+                joint.friction = trial(x[first].exp(), "");
+                joint.damping = trial(x[first + self.joints.len()].exp(), "");
             }
         }
     }
 }
 
-fn damping_only(c: &Confounded) -> bool {
-    c.with.iter().all(|w| w == "damping")
+/// Whether a way fits nearly as well as another, to so many nats.
+fn within(way: &Way, best: &Way, nats: f64) -> bool {
+    way.fit.cost < best.fit.cost + nats * best.scale.powi(2).max(1.0)
 }
 
-/// Standard deviation of a function of the parameters, by the delta method.
-fn log_sd(value: &dyn Fn(&DVector<f64>) -> f64, fit: &Fit, scale: f64) -> f64 {
-    let at = value(&fit.x);
-    let slope = DMatrix::from_fn(1, fit.x.len(), |_, k| {
-        let mut x = fit.x.clone();
-        x[k] += 1e-4;
-        (value(&x) - at) / 1e-4
-    });
-    let variance = &slope * &fit.covariance * slope.transpose();
-    variance[(0, 0)].max(0.0).sqrt() * scale
+/// What is held of the friction and the damping of a joint before its body is replayed: means and sds of their logarithms.
+fn held_of(joint: &Joint) -> [(f64, f64); 2] {
+    let measured = |e: &Option<Estimate>| {
+        let e = e.as_ref().filter(|e| e.is_measured() && e.value > 0.0)?;
+        Some((e.value.ln(), relative_sd(e).clamp(0.02, JOINT)))
+    };
+    let seen = joint.friction.as_ref().map_or(0.01, |f| f.value.max(1e-3));
+    let friction = measured(&joint.friction).unwrap_or((seen.ln(), JOINT));
+    // It goes there and back, about a second each.
+    let speed = joint.travelled.map_or(0.3, |[a, b]| 0.5 * (b - a).abs()).max(1e-3);
+    let damping = measured(&joint.damping).unwrap_or(((DAMPING.0 * seen / speed).ln(), DAMPING.1));
+    [friction, damping]
 }

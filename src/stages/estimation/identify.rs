@@ -24,7 +24,7 @@ use crate::base::{Notices, Result};
 use crate::capture::{Capture, Segmented};
 use crate::geometry::Mesh;
 use crate::physics::{LimitSurface, pressed_underside};
-use crate::twin::Model;
+use crate::twin::{Joint, Model};
 
 /// Writes matter (mass, centre of mass, inertia, friction, stiffness) into the links of `model`, and
 /// friction, damping and spring into its joints, from the interactions that are not held out.
@@ -54,8 +54,11 @@ pub fn identify(
             fill_inertial(link, before, facts.get(name), shapes.get(name));
         }
     }
-    joint_dynamics(capture, segmented, model, &ground, config, notices);
-    fit_chains(capture, segmented, model, notices);
+    joint_dynamics(capture, segmented, model, (&ground, config), &|_| true, notices);
+    let hang = fit_chains(capture, segmented, model, notices);
+    // What hangs free of the support loads its joint with nothing but the joint's own.
+    let free = |j: &Joint| hang.contains(&j.child) && j.friction.as_ref().is_none_or(|f| !f.is_measured());
+    joint_dynamics(capture, segmented, model, (&ground, config), &free, notices);
     fit_fingers(capture, segmented, model);
     identify_tosses(capture, model, notices);
     write_rolling(capture, segmented, model);

@@ -19,16 +19,16 @@ use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
 use crate::math::quantile;
 use crate::twin::{Joint, JointEffort, JointKind, Model};
 
-/// Writes friction, damping and spring of every joint of one freedom of the twin.
+/// Writes friction, damping and spring of every joint of one freedom of the twin that `which` asks for.
 pub(super) fn joint_dynamics(
     capture: &Capture,
     segmented: &[Segmented],
     model: &mut Model,
-    ground: &Ground,
-    config: &Config,
+    (ground, config): (&Ground, &Config),
+    which: &dyn Fn(&Joint) -> bool,
     notices: &mut Notices,
 ) {
-    let joints: Vec<Joint> = model.twin.joints().cloned().collect();
+    let joints: Vec<Joint> = model.twin.joints().filter(|j| which(j)).cloned().collect();
     for joint in joints {
         if !matches!(
             joint.kind,

@@ -85,6 +85,10 @@ const GIVE: f64 = 1e-4;
 const CLEAR: f64 = 4.0;
 /// Share of blocks the other way below which it only moved one way.
 const ONE_WAY: f64 = 0.03;
+/// Ratio of the fast to the slow blocks from which on their speeds are held to differ.
+const VARIED: f64 = 1.6;
+/// The same from which on damping may show: what does not is one with friction still.
+const DIFFER: f64 = 1.3;
 /// How many touches the expected scatter counts for.
 const PRIOR_TRIALS: f64 = 2.0;
 
@@ -236,10 +240,10 @@ pub(super) fn law_of(trials: &[Trial], setting: &Setting) -> Option<Law> {
     let ahead = trials.iter().flat_map(|t| &t.loads).filter(|l| l.speed > 0.0).count();
     let others = ahead.min(speeds.len() - ahead);
     let (slow, fast) = (quantile(&speeds, 0.1)?, quantile(&speeds, 0.9)?);
-    let varied = fast > 1.6 * slow;
+    let (differ, varied) = (fast > DIFFER * slow, fast > VARIED * slow);
     let number = |f: &LinearFit, k: usize, natural: f64| read(f, k, natural, trials.len(), setting);
     let mut terms = Terms {
-        damping: varied,
+        damping: differ,
         spring: size.range > if setting.turning { 0.3 } else { 0.02 },
     };
     let (per_speed, per_range) = (size.load / size.speed, size.load / size.range);
@@ -285,7 +289,7 @@ pub(super) fn law_of(trials: &[Trial], setting: &Setting) -> Option<Law> {
         damping: terms.damping.then(|| number(&found, 1, per_speed)),
         spring,
         rest,
-        one_speed: (!varied).then_some(0.5 * (slow + fast)),
+        one_speed: (!varied && !terms.damping).then_some(0.5 * (slow + fast)),
         one_way: ONE_WAY * speeds.len() as f64 > others as f64,
     })
 }

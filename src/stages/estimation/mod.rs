@@ -7,6 +7,7 @@ mod body;
 mod calibrate;
 mod chain;
 mod chain_trial;
+mod chain_write;
 mod coast;
 mod combine;
 mod company;

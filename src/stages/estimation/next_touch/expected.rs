@@ -112,6 +112,7 @@ fn push(
     let friction = (state[0] + state[1]).exp() * senses.gravity;
     let body = Dissipator {
         rows: DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![1.0, 1.0, radius])),
+        points: Vec::new(),
         force: friction,
         creep: 0.0,
         damping: 0.0,

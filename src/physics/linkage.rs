@@ -38,6 +38,9 @@ struct PlaneJoint {
     stopped: bool,
 }
 
+/// Points that press, with their shares of the load.
+type Pressing = Vec<(Vector2<f64>, f64)>;
+
 /// What holds a joint at the end of its range, N or N·m.
 const STOP: f64 = 1e4;
 
@@ -220,7 +223,7 @@ impl Linkage {
 
     /// Where the load of a foot acts, plane frame at the start, its torsional radius and, of a thing of links, the points that
     /// press, as they lie now: the links turn against each other with less than an ellipsoid through sliding and turning tells.
-    fn pressed(&self, link: &PlaneLink, foot: &Foot) -> (Point2<f64>, f64, Vec<(Vector2<f64>, f64)>) {
+    fn pressed(&self, link: &PlaneLink, foot: &Foot) -> (Point2<f64>, f64, Pressing) {
         let centre = self.load_of(link, foot);
         if !self.joints.is_empty()
             && let Some(pressed) = foot.points_at(&centre)

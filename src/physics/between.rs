@@ -1,16 +1,13 @@
 //! What a patch of contact resists while it slides and turns at once.
 //!
-//! With `w = c ω`, `u² = v² + w²`, `s = w²/u²` and `q = s (1 - s)` the work that friction takes is `P u (1 - 4 (k + h q) q)`: the
-//! ellipsoid of Lee and Cutkosky (1991) overstates what lies between pure sliding and pure turning by the share `k + h q`. Summed
-//! over their points (Goyal, Ruina and Papadopoulos 1991), in the mean over directions, that share goes from little turning (where
-//! it decides how far a push turns a thing) to as much turning as sliding from 0.055 to 0.069 for a disc, 0.054 to 0.066 for a
-//! square, 0.048 to 0.053 for a plate of 3 to 1, 0.063 to 0.10 for a ring or four corners, 0.064 to 0.11 for three feet.
+//! With `w = c ω`, `u² = v² + w²` and `s = w²/u²` the work that friction takes is `P u (1 - 4 k s (1 - s))`: the ellipsoid of
+//! Lee and Cutkosky (1991) overstates what lies between pure sliding and pure turning by the share `k`. Summed over their points
+//! (Goyal, Ruina and Papadopoulos 1991), in the mean over directions, a disc has a `k` of 0.058 to 0.064, a ring 0.069 to 0.10, a
+//! square 0.062, a plate of 3 to 1 0.042 to 0.05, three feet 0.072 to 0.11, from little turning to as much turning as sliding.
 //! Force and moment are the slopes of the work by `v` and by `ω`, so that what slides along turns the more easily.
 
-/// Share by which the ellipsoid overstates, where a thing hardly turns, and how far that is doubted (1 sd).
-pub const SHORTFALL: (f64, f64) = (0.058, 0.02);
-/// By how much more per `s (1 - s)`.
-const HALFWAY: f64 = 0.1;
+/// Share by which the ellipsoid overstates, halfway, and how far that is doubted (1 sd).
+pub const SHORTFALL: (f64, f64) = (0.07, 0.02);
 
 /// Factors on what the ellipsoidal limit surface says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,14 +24,10 @@ impl Between {
     /// For the share `turning` that turning has of the square of the generalised speed, and a shortfall.
     pub fn at(turning: f64, shortfall: f64) -> Self {
         let sliding = 1.0 - turning;
-        let both = turning * sliding;
-        let work = 1.0 - 4.0 * (shortfall + HALFWAY * both) * both;
-        // The work's slope by `s`.
-        let slope = -4.0 * (shortfall + 2.0 * HALFWAY * both) * (sliding - turning);
         Self {
-            work,
-            force: work - 2.0 * turning * slope,
-            moment: work + 2.0 * sliding * slope,
+            work: 1.0 - 4.0 * shortfall * turning * sliding,
+            force: 1.0 - 4.0 * shortfall * turning * (3.0 * turning - 1.0),
+            moment: 1.0 - 4.0 * shortfall * sliding * (3.0 * sliding - 1.0),
         }
     }
 }

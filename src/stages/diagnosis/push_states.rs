@@ -391,8 +391,8 @@ fn windows(
         let size = measured[from..to].iter().map(|m| m.norm()).sum::<f64>() / n;
         let direction = force.try_normalize(1e-9).unwrap_or(*along);
         out.1.push(if middle.contact { direction * size } else { force });
-        // Neighbouring readings ring together; a window of a few has the noise of a few.
-        let few = noise * noise * (1.0 / n - 1.0 / USUAL).max(0.0);
+        // Neighbouring readings ring together; at rest a window of a few has the noise of a few.
+        let few = noise * noise * f64::from(u8::from(!middle.contact)) * (1.0 / n - 1.0 / USUAL).max(0.0);
         out.2.push((3.0 * spread / n).max(few).sqrt());
         from = to;
     }

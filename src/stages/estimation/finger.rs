@@ -29,9 +29,6 @@ const VAGUE: f64 = 0.2;
 const STARTS: [f64; 6] = [0.06, 0.12, 0.2, 0.3, 0.45, 0.8];
 /// What the model may miss of a path, m and rad.
 const MISS: (f64, f64) = (0.0007, 0.008);
-/// What inertia, which the replay has none of, adds to it: times the square of the tool's speed over the friction's
-/// acceleration and the torsional radius (a Froude number).
-const HURRIED: f64 = 10.0;
 /// Samples of a path that are compared.
 const SAMPLES: usize = 10;
 
@@ -40,8 +37,6 @@ struct Trial<'a> {
     segmented: Option<&'a Segmented>,
     action: Action,
     gap: f64,
-    /// What the model may miss of the path, over what it may of a slow one.
-    doubt: f64,
     /// Times, drift across the push (m) and heading (rad) as measured.
     path: Vec<(f64, f64, f64)>,
     /// What force and motion at the contact say.
@@ -202,16 +197,7 @@ fn trial<'a>(
     };
     let path = (0..SAMPLES).filter_map(at).collect();
     let slip = segmented.and_then(|cut| slip_of(small, name, interaction, cut, &action));
-    let link = small.twin.link(name)?;
-    let rubs = link
-        .friction
-        .kinetic
-        .as_ref()
-        .map_or(USUAL.0, |f| f.value * action.gravity);
-    let radius = link.friction.torsional_radius.as_ref().map_or(USUAL.1, |r| r.value);
-    let speed = usual_speed(&action, (first, last));
     Some(Trial {
-        doubt: 1.0 + HURRIED * speed * speed / (rubs * radius).max(1e-6),
         interaction,
         segmented,
         action,
@@ -219,19 +205,6 @@ fn trial<'a>(
         path,
         slip,
     })
-}
-
-/// Acceleration by friction, m/s², and torsional radius, m, where neither is known.
-const USUAL: (f64, f64) = (3.0, 0.03);
-
-/// How fast the tool went between two times, m/s.
-fn usual_speed(action: &Action, (from, to): (f64, f64)) -> f64 {
-    let rows = action.tool.time.iter().zip(&action.tool.position);
-    let within: Vec<_> = rows.filter(|(t, _)| (from..=to).contains(*t)).collect();
-    let (Some(first), Some(last)) = (within.first(), within.last()) else {
-        return 0.0;
-    };
-    (last.1 - first.1).norm() / (last.0 - first.0).max(1e-3)
 }
 
 /// Mean of the samples within 50 ms.
@@ -279,7 +252,7 @@ fn path_misfit(model: &Model, name: &str, trial: &Trial) -> Vec<f64> {
     };
     let heading: Vec<f64> = poses.iter().map(turn).collect();
     // Samples of one push go wrong together: one push counts as a few, not as many, observations.
-    let shared = (trial.path.len() as f64 / 3.0).max(1.0).sqrt() * trial.doubt;
+    let shared = (trial.path.len() as f64 / 3.0).max(1.0).sqrt();
     let compare = |(t, d, h): &(f64, f64, f64)| {
         let p = interpolate(time, &drift, *t).unwrap_or(*d) - d;
         let r = interpolate(time, &heading, *t).unwrap_or(*h) - h;

@@ -13,6 +13,7 @@ use nalgebra::{Point3, Vector3};
 use palpate::base::{Estimate, Pose, StagedFolder};
 use palpate::export::{
     Deed, FilmFormat, Format, Outcome, check, export_all, export_into, exports_as, film_folder, manipulate,
+    rest_in_engine,
 };
 use palpate::geometry::Mesh;
 use palpate::twin::{
@@ -656,4 +657,16 @@ fn a_table_that_gives_shares_the_measured_stiffness_with_the_thing_on_it() {
     let giving = stiffness(&model);
     assert!((series(giving) / 3628.0 - 1.0).abs() < 1e-6, "{giving:?}");
     assert!((giving.1 / 1e4 - 1.0).abs() < 1e-6, "{giving:?}");
+}
+
+#[test]
+fn what_was_seen_in_the_air_is_told_to_fall() {
+    let mut model = tin();
+    let rest = |model: &Model| rest_in_engine(model, 2.0).expect("the engine runs").remove(0);
+    let stands = rest(&model);
+    assert!(stands.is_calm() && !stands.falls, "{stands}");
+    model.twin.bodies[0].links[0].pose.0.translation.z += 0.2;
+    let thrown = rest(&model);
+    assert!(thrown.falls && thrown.settling > 0.15, "{thrown}");
+    assert!(thrown.to_string().contains("in the air at first"), "{thrown}");
 }

@@ -182,18 +182,17 @@ const CLEAR: f64 = 5e-3;
 
 /// Of two that are held to each other the lower one bears what was given to the upper one, where that is clear of the support.
 pub fn on_the_lower(a: Option<Foot>, b: Option<Foot>) -> (Option<Foot>, Option<Foot>) {
-    let (Some(mut a), Some(mut b)) = (a.clone(), b.clone()) else {
-        return (a, b);
+    let (mut a, mut b) = match (a, b) {
+        (Some(a), Some(b)) if (a.ground - b.ground).abs() >= CLEAR => (a, b),
+        other => return other,
     };
-    if (a.ground - b.ground).abs() < CLEAR {
-        return (Some(a), Some(b));
-    }
-    let both = (a.force + b.force, a.mass.zip(b.mass).map(|(a, b)| a + b));
+    let force = a.force + b.force;
+    let mass = a.mass.zip(b.mass).map(|(a, b)| a + b);
+    let lower = if a.ground < b.ground { &mut a } else { &mut b };
+    (lower.force, lower.mass) = (force, mass);
     if a.ground < b.ground {
-        (a.force, a.mass) = both;
         (Some(a), None)
     } else {
-        (b.force, b.mass) = both;
         (None, Some(b))
     }
 }
@@ -333,5 +332,26 @@ mod tests {
             );
             assert!(narrowed < radius, "{narrowed}");
         }
+    }
+    #[test]
+    fn of_two_that_are_glued_the_lower_one_bears_both() {
+        let of = |force: f64, mass: Option<f64>, ground: f64| Foot {
+            force,
+            radius: 0.04,
+            centre: Point2::origin(),
+            creep: 0.0,
+            mass,
+            ground,
+            under: None,
+        };
+        let (low, top) = (of(1.2, Some(0.5), 0.0), of(0.8, Some(0.3), 0.06));
+        let (upper, lower) = on_the_lower(Some(top.clone()), Some(low.clone()));
+        let lower = lower.expect("a foot");
+        assert!(upper.is_none());
+        assert!((lower.force - 2.0).abs() < 1e-12 && (lower.mass.expect("both are known") - 0.8).abs() < 1e-12);
+        // Side by side each stands on its own foot; and a foot alone stays as it is.
+        let (a, b) = on_the_lower(Some(low.clone()), Some(of(0.8, None, 0.001)));
+        assert!(a.is_some_and(|f| f.force == 1.2) && b.is_some_and(|f| f.force == 0.8));
+        assert!(matches!(on_the_lower(Some(top), None), (Some(f), None) if f.force == 0.8));
     }
 }

@@ -43,9 +43,6 @@ class Bench(w.World):
         data.qvel[:] = 0
         return data
 
-    def place(self, data):
-        """Puts the bodies where the next interaction finds them."""
-
     def run(self, data, duration, tracked, drive, observe, turn=None):
         force, tool, tracks, summed, held = [], [], {name: [] for name in tracked}, np.zeros(6), 0
         bodies = {name: self.model.body(name).id for name in tracked}
@@ -201,7 +198,7 @@ def tin(rng, effects):
         data.qpos[position:position + 7] = [*pose[0], half_height, *q]
         if spec["hidden_mass"] and not pushing[0]:
             unseen = model.body("unseen").jntadr[0]
-            data.qpos[model.jnt_qposadr[unseen]:][:3] = [0.5, 0.5, 0.012]
+            data.qpos[model.jnt_qposadr[unseen]:][:3] = [5, 5, 0.012]
 
     def act(clock, data):
         if not acting:
@@ -253,6 +250,7 @@ def tin(rng, effects):
         bench.keep(f"push-{i:02d}", "push", "tin", bench.finger(["tin"], path), float(np.arctan2(way[1], way[0])))
         if check:
             held.add(f"push-{i:02d}")
+    pose[:], pushing[0] = [np.zeros(2), yaw], False
     truth = {"bodies": {"tin": {"mass": mass, "friction_static": mu, "friction_kinetic": mu, "com": [*map(float, com), 0],
                                 "inertia": [*inertia, 0, 0, 0]}}}
     mesh = drum_mesh(half[0], half_height) if round_ else box_mesh(half)
@@ -322,6 +320,7 @@ def pad(rng, effects):
         bench.keep(f"press-{i:02d}", "press", "pad", bench.finger(["pad"], path))
         if check:
             held.add(f"press-{i:02d}")
+    state["set"] = 0.0
     truth = {"bodies": {"pad": {"stiffness": stiffness}}}
     return bench, held, truth, {"pad": (box_mesh(np.r_[half, half, height / 2], np.r_[0, 0, -height / 2]),
                                         [0, 0, height, 0, 0, 0, 1])}
@@ -390,6 +389,7 @@ def jointed(rng, effects, revolute):
         bench.keep(f"pull-{i:02d}", "pull", names[1], bench.grip(list(names), names[1], point, path, True, 3000.0))
         if check:
             held.add(f"pull-{i:02d}")
+    start[0] = 0.0
     kind = "revolute" if revolute else "prismatic"
     way = [0, 0, 1] if revolute else (rotation @ [1.0, 0, 0]).tolist()
     truth = {"joints": [{"a": names[0], "b": names[1], "type": kind, "axis": way, "origin": pivot.tolist(),
@@ -411,7 +411,7 @@ SCENES = dict(tin=tin, pad=pad, hinge=lambda rng, e: jointed(rng, e, True), draw
 
 
 def make(kind, seed, hidden):
-    """The records of a scene with the effects `hidden` (`CAUSE[:STRENGTH]`, several with commas, or `none`)."""
+    """The scene with the effects `hidden` (`CAUSE[:STRENGTH]`, several with commas, or `none`), and its records."""
     rng = np.random.default_rng([seed, list(SCENES).index(kind), 7])
     effects = []
     for i, word in enumerate(x for x in hidden.split(",") if x != "none"):
@@ -426,4 +426,4 @@ def make(kind, seed, hidden):
     done = bench.finished()
     truth["causes"] = [e.cause for e in effects]
     truth["cause_parameters"] = {e.cause: {k: float(v) for k, v in e.parameters.items()} for e in effects}
-    return done, held, truth, meshes
+    return bench, done, held, truth, meshes

@@ -2,13 +2,14 @@
 """Makes captures with MuJoCo as the world: a judge that shares no physics with the estimators.
 
     python mujoco_world.py OUT --kind tin|pad|stack|glued|hinge|drawer --seed N [--views]
-    python mujoco_world.py OUT --kind tin|pad|hinge|drawer|toss|ball --seed N --hide CAUSE[:STRENGTH][,CAUSE...]
+    python mujoco_world.py OUT --kind tin|pad|hinge|drawer|toss|ball --seed N --hide CAUSE[:STRENGTH][,CAUSE...] [--views]
 
 Needs `mujoco` and `numpy` only. OUT becomes a capture folder (format palpate-capture/1) with the right
 answers in truth.json beside it. Masses, frictions, sizes, stiffnesses, joint axes and the noise are drawn
 from the seed. Friction is regularised Coulomb (static = kinetic). With --views the scene is rendered by
 MuJoCo (MUJOCO_GL=egl or osmesa) or, without a graphics library, ray-cast. With --hide the scene has a richer
-protocol, known shapes instead of views, and an effect that a plain model lacks (or `none`), told in truth.json alone.
+protocol and an effect that a plain model lacks (or `none`), told in truth.json alone; shapes are known, or with
+--views (tin, pad, hinge, drawer) seen only.
 """
 import argparse
 import bisect
@@ -92,6 +93,9 @@ class World:
         self.aim(place)
         data.qpos[self.tip_at] = place
         data.qvel[self.model.joint("tx").dofadr[0]:][:3] = 0
+
+    def place(self, data):
+        """Puts the bodies where the next interaction, or the camera before them all, finds them."""
 
     def fresh(self, settle=0.4):
         """The scene at rest, the finger far away."""
@@ -516,6 +520,7 @@ def take_views(world, out, rng, count=16):
     model = mujoco.MjModel.from_xml_string(
         world.xml.replace("<worldbody>", '<worldbody><camera name="wrist" pos="0 0 1" resolution="320 240"/>'))
     data = mujoco.MjData(model)
+    world.place(data)
     model.qpos_spring[world.tip_at] = data.qpos[world.tip_at] = [0, 0, 30]
     for _ in range(int(0.3 / STEP)):
         mujoco.mj_step(model, data)
@@ -574,22 +579,32 @@ KINDS = dict(tin=tin, pad=pad, stack=stack, glued=glued, hinge=hinge, drawer=dra
 
 
 def write_hidden(options):
-    """A capture with a hidden effect: known shapes, no views."""
+    """A capture with a hidden effect: of known shapes, or seen by a camera."""
+    world = None
     if options.kind == "toss":
         import toss_world
         done, held, truth, meshes = toss_world.make(options.seed, options.hide)
     else:
         import hidden_scenes
-        done, held, truth, meshes = hidden_scenes.make(options.kind, options.seed, options.hide)
-    out = options.out
-    (out / "meshes").mkdir(parents=True, exist_ok=True)
-    bodies = []
-    for name, (mesh, pose) in meshes.items():
-        (out / "meshes" / f"{name}.obj").write_text(mesh)
-        bodies.append(dict(name=name, mesh=f"meshes/{name}.obj", pose=[float(x) for x in pose]))
+        world, done, held, truth, meshes = hidden_scenes.make(options.kind, options.seed, options.hide)
     capture = {"format": "palpate-capture/1", "name": f"{options.kind}-{options.seed}", "gravity": [0, 0, -G],
-               "support": {"point": [0, 0, 0], "normal": [0, 0, 1], "material": "wood"}, "bodies": bodies,
-               "interactions": [write_interaction(out, *trial, trial[0] in held) for trial in done], "truth": "truth.json"}
+               "support": {"point": [0, 0, 0], "normal": [0, 0, 1], "material": "wood"}}
+    out = options.out
+    out.mkdir(parents=True, exist_ok=True)
+    if options.views:
+        capture |= {"cameras": [CAMERA], "views": take_views(world, out, np.random.default_rng(options.seed))}
+    else:
+        (out / "meshes").mkdir(exist_ok=True)
+        capture["bodies"] = []
+        for name, (mesh, pose) in meshes.items():
+            (out / "meshes" / f"{name}.obj").write_text(mesh)
+            capture["bodies"].append(dict(name=name, mesh=f"meshes/{name}.obj", pose=[float(x) for x in pose]))
+    capture["interactions"] = [write_interaction(out, *trial, trial[0] in held) for trial in done]
+    write_capture(out, capture, truth)
+
+
+def write_capture(out, capture, truth):
+    capture["truth"] = "truth.json"
     (out / "capture.json").write_text(json.dumps(capture, indent=1))
     (out / "truth.json").write_text(json.dumps(truth, indent=1))
 
@@ -608,6 +623,8 @@ def main():
         World.tip_springs = hidden_scenes.w.World.tip_springs = (15000, 30000)
     if options.kind == "toss":
         options.hide = options.hide or "none"
+    if options.hide and options.views and options.kind in ("toss", "ball"):
+        parser.error(f"a scene of kind {options.kind} has no views")
     if options.hide:
         return write_hidden(options)
     rng = np.random.default_rng([options.seed, list(KINDS).index(options.kind)])
@@ -619,9 +636,7 @@ def main():
                "support": {"point": [0, 0, 0], "normal": [0, 0, 1], "material": "wood"}}
     if options.views:
         capture |= {"cameras": [CAMERA], "views": take_views(world, out, rng)}
-    capture |= {"interactions": entries, "truth": "truth.json"}
-    (out / "capture.json").write_text(json.dumps(capture, indent=1))
-    (out / "truth.json").write_text(json.dumps(truth, indent=1))
+    write_capture(out, capture | {"interactions": entries}, truth)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ use super::trace::Predicted;
 use super::{Curve, Path, Quantity, Trace};
 use crate::base::Pose;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
-use crate::math::{interpolate, median};
+use crate::math::{interpolate, local_quadratic, median};
 use crate::physics::{Action, Press, predict_lift, predict_press, predict_tilt};
 use crate::stages::estimation::{action_of, first_rest, rest_pose, support_normal};
 use crate::twin::Model;
@@ -174,8 +174,8 @@ fn lift(scene: &Scene, action: &Action) -> Outcome {
         .twin
         .link(&action.target)
         .ok_or("the lifted link is not in the twin")?;
-    // Means over the binned force, of a path that the tool held to: the weight, and what speeds it up.
-    let speeding = |t: f64| rate(&action.tool.time, &height, t, SPEEDING);
+    // The weight, and what speeds it up.
+    let speeding = |t: f64| Some(local_quadratic(&action.tool.time, &height, t, SPEEDING)?.acceleration);
     let weight = predict_lift(link, &action.start[&action.target], &action.tool.position[0], &gravity).map_or(
         -gravity * total,
         |(f, _)| {
@@ -211,18 +211,6 @@ fn lift(scene: &Scene, action: &Action) -> Outcome {
 /// Half the span over which a tool's acceleration is taken, s, and the acceleration from which it starts or stops, m/s².
 const SPEEDING: f64 = 0.08;
 const BLOW: f64 = 0.3;
-
-/// Second derivative of `values` at `t`, from means over two spans of `half` before and after and the one between.
-fn rate(time: &[f64], values: &[f64], t: f64, half: f64) -> Option<f64> {
-    let mean = |from: f64, to: f64| {
-        let rows = time.partition_point(|x| *x < from)..time.partition_point(|x| *x < to);
-        let finite: Vec<f64> = values[rows].iter().copied().filter(|v| v.is_finite()).collect();
-        (!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64)
-    };
-    let third = 2.0 * half / 3.0;
-    let at = |k: f64| mean(t + (k - 0.5) * third, t + (k + 0.5) * third);
-    Some((at(1.0)? - 2.0 * at(0.0)? + at(-1.0)?) / (third * third))
-}
 
 /// The same as poses.
 fn raised_paths(scene: &Scene, action: &Action, height: &[f64], ground: f64) -> BTreeMap<String, Path> {

@@ -367,11 +367,8 @@ fn windows(
         let mean = |of: &dyn Fn(&State) -> f64| states[from..to].iter().map(of).sum::<f64>() / n;
         let force = measured[from..to].iter().sum::<Vector2<f64>>() / n;
         let middle = &states[from + (to - from) / 2];
-        let spread = measured[from..to]
-            .iter()
-            .map(|m| (m - force).norm_squared())
-            .sum::<f64>()
-            / n;
+        let off = |m: &Vector2<f64>| (m - force).norm_squared();
+        let spread = measured[from..to].iter().map(off).sum::<f64>() / n;
         out.0.push(State {
             time: mean(&|s| s.time),
             since: mean(&|s| s.since),
@@ -392,8 +389,10 @@ fn windows(
         let direction = force.try_normalize(1e-9).unwrap_or(*along);
         out.1.push(if middle.contact { direction * size } else { force });
         // Neighbouring readings ring together; at rest a window of a few has the noise of a few.
-        let few = noise * noise * f64::from(u8::from(!middle.contact)) * (1.0 / n - 1.0 / USUAL).max(0.0);
-        out.2.push((3.0 * spread / n).max(few).sqrt());
+        let ringing = 3.0 * spread / n;
+        let few = noise * noise * (1.0 / n - 1.0 / USUAL);
+        let variance = if middle.contact { ringing } else { ringing.max(few) };
+        out.2.push(variance.sqrt());
         from = to;
     }
     out

@@ -9,9 +9,11 @@ use super::trace::Predicted;
 use super::{Curve, Path, Quantity};
 use crate::base::Pose;
 use crate::capture::{PhaseKind, PoseStream};
-use crate::math::{interpolate, median};
+use crate::math::interpolate;
 use crate::physics::{Action, Hold, Prediction, PushPrediction, predict_push};
-use crate::stages::estimation::{first_rest, replay_push, rest_pose, support_normal, travel_direction, tumbles};
+use crate::stages::estimation::{
+    first_rest, replay_push, rest_pose, support_normal, travel_direction, travel_of_track, tumbles,
+};
 
 /// Seconds after first contact in which static friction and presliding rule: the model does not say.
 const SETTLE: f64 = 0.25;
@@ -71,22 +73,15 @@ const CREEPS: f64 = 0.2;
 fn fall_behind(scene: &Scene, found: &mut PushPrediction, direction: &Vector3<f64>) -> Vec<String> {
     let mut words = Vec::new();
     for name in &found.carried {
-        let track = scene.interaction.tracks.get(name);
-        let poses = found.prediction.poses.get_mut(name);
-        let (Some(track), Some(poses)) = (track, poses) else {
+        let way = travel_of_track(scene.interaction, scene.segmented, name, direction);
+        let (Some(way), Some(poses)) = (way, found.prediction.poses.get_mut(name)) else {
             continue;
         };
-        let start = rest_pose(track, first_rest(scene.interaction, scene.segmented));
-        let (Some(start), Some(first), Some(last)) = (start, poses.first().copied(), poses.last()) else {
+        let (Some(first), Some(last)) = (poses.first().copied(), poses.last()) else {
             continue;
         };
         let far = (last.translation.vector - first.translation.vector).dot(direction);
-        let tail = track.len().saturating_sub(10)..track.len();
-        let ends: Vec<f64> = tail
-            .map(|i| (track.position[i].coords - start.translation.vector).dot(direction))
-            .filter(|x| x.is_finite())
-            .collect();
-        let lost = median(&ends).map_or(0.0, |way| 1.0 - way / far.max(1e-6));
+        let lost = 1.0 - way / far.max(SHORT);
         if far > SHORT && lost > 0.0 && lost < CREEPS {
             for pose in poses.iter_mut() {
                 let way = pose.translation.vector - first.translation.vector;

@@ -55,6 +55,7 @@ mod tilt;
 mod together;
 mod toss;
 mod turning;
+mod whole;
 
 pub use action::{action_of, first_rest, rest_pose, start_poses, support_normal};
 pub use calibrate::calibrate_friction;
@@ -66,7 +67,7 @@ pub use inertial::{Inertial, inertial};
 pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table, materials_from_toml};
 pub use next_touch::{ArcTouch, NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted, arc_touches};
-pub use replay::{replay_push, travel_direction};
+pub use replay::{replay_push, travel_direction, travel_of_track};
 pub use rolling::{Rolled, rolled, tumbles};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,

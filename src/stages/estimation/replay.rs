@@ -48,7 +48,7 @@ pub fn replay_push(
     {
         return Some((touched, predict_push(model, action, touched)?));
     }
-    let Some(measured) = travel_of_track(interaction, segmented, action, &direction) else {
+    let Some(measured) = travel_of_track(interaction, segmented, &action.target, &direction) else {
         return Some((gap, found));
     };
     for _ in 0..rounds {
@@ -81,13 +81,14 @@ pub(super) fn gap_at_touch(model: &Model, cut: &Segmented, action: &Action) -> O
     (gap.abs() < LARGEST_GAP).then_some(gap)
 }
 
-fn travel_of_track(
+/// How far the tracked link `name` is from where it rested at the end of the interaction, along `direction`, m.
+pub fn travel_of_track(
     interaction: &Interaction,
     segmented: Option<&Segmented>,
-    action: &Action,
+    name: &str,
     direction: &Vector3<f64>,
 ) -> Option<f64> {
-    let track = interaction.tracks.get(&action.target)?;
+    let track = interaction.tracks.get(name)?;
     let start = rest_pose(track, first_rest(interaction, segmented))?;
     let tail = track.len().saturating_sub(10).max(track.len() / 2)..track.len();
     let ends: Vec<f64> = tail

@@ -11,6 +11,7 @@ use super::pool::relative_sd;
 use super::push::Push;
 use super::resolve::{Before, STAGE};
 use super::surface::SurfacePrior;
+use super::whole::Whole;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::twin::{Link, Twin};
 
@@ -33,41 +34,6 @@ pub(super) fn share_out(
             share_weight(twin, name, weighing, befores, config, notices);
         }
         share_friction(twin, name, found, (befores, &wholes), ground, config, notices);
-    }
-}
-
-/// A group that was weighed as one.
-struct Whole {
-    parts: BTreeSet<String>,
-    mass: f64,
-    sd: f64,
-    interaction: String,
-}
-
-impl Whole {
-    fn of(name: &str, weighing: &Weighing) -> Self {
-        let mut parts: BTreeSet<String> = weighing.along.iter().cloned().collect();
-        parts.insert(name.to_owned());
-        Self {
-            parts,
-            mass: weighing.mass,
-            sd: weighing.sd,
-            interaction: weighing.interaction.clone(),
-        }
-    }
-
-    /// The friction of what was pushed, on which all of the weight bears.
-    fn tells_friction(&self, twin: &mut Twin, pushed: &str, force: &Estimate, gravity: f64) {
-        let Some(link) = twin.link_mut(pushed) else { return };
-        let told = link.friction.kinetic.as_ref().is_some_and(|f| f.confounded.is_none());
-        let log_sd = (self.sd / self.mass).hypot(relative_sd(force));
-        if told || log_sd > WEIGHED {
-            return;
-        }
-        let from = force.from.iter().chain([&self.interaction]).cloned().collect();
-        let value = force.value / (self.mass * gravity);
-        let friction = super::pool::positive(value, log_sd, "1", from, "push and lift of the group");
-        link.friction.kinetic = Some(friction);
     }
 }
 
@@ -97,7 +63,7 @@ fn sum_of(masses: &[(f64, f64)]) -> (f64, f64) {
 }
 
 /// Log standard deviation from which on a mass counts as weighed, and the most of a group that weighed parts may be.
-const WEIGHED: f64 = 0.05;
+pub(super) const WEIGHED: f64 = 0.05;
 const MOST: f64 = 0.9;
 
 /// What one part has of a group that was moved as one.

@@ -26,6 +26,9 @@ struct Said<'a> {
     /// What it does not carry and was taken from the capture.
     #[serde(skip_serializing_if = "Option::is_none")]
     lent: Option<&'a [String]>,
+    /// What the diagnosis named that it has a number for: cause and place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    carried: Option<&'a [[String; 2]]>,
 }
 
 /// Diagnoses a fresh fit, or the model of an existing folder, and says what came out.
@@ -60,7 +63,7 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
         }
     };
     let words = match &judged {
-        Some(judged) => of_model(&diagnosis, judged) + "\nwhat its predictions lack: " + &in_words(&diagnosis),
+        Some(judged) => of_model(&diagnosis, judged) + &beside_the_plainest(judged) + &in_words(&diagnosis),
         None => in_words(&diagnosis),
     };
     let said = Said {
@@ -68,6 +71,7 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
         numbers: judged.as_ref().map(|j| j.numbers.as_slice()),
         structure: judged.as_ref().map(|j| j.structure.as_slice()),
         lent: judged.as_ref().map(|j| j.lent.as_slice()),
+        carried: judged.as_ref().map(|j| j.carried.as_slice()),
     };
     output::result(common, &words, &said)?;
     Ok(ExitCode::SUCCESS)
@@ -98,6 +102,22 @@ fn in_words(diagnosis: &Diagnosis) -> String {
     text
 }
 
+/// What the diagnosis named and the given model has a number for.
+fn carried(judged: &Judged) -> Option<String> {
+    let words: Vec<String> = judged.carried.iter().map(|[c, p]| format!("{c} ({p})")).collect();
+    (!words.is_empty()).then(|| words.join(", "))
+}
+
+/// Leads over to the diagnosis.
+fn beside_the_plainest(judged: &Judged) -> String {
+    match carried(judged) {
+        Some(words) => {
+            format!("\nthe model has a number for {words}, tried above; what its predictions lack without that: ")
+        }
+        None => "\nwhat its predictions lack: ".into(),
+    }
+}
+
 /// How far a given model's predictions are off, and which of its numbers the capture excludes.
 fn of_model(diagnosis: &Diagnosis, judged: &Judged) -> String {
     let base = &diagnosis.base;
@@ -113,9 +133,16 @@ fn of_model(diagnosis: &Diagnosis, judged: &Judged) -> String {
         format!("{name} {} {}{floor}", short(*rmse), unit(name))
     };
     let off: Vec<String> = base.rmse.iter().map(of).collect();
+    let without = match carried(judged) {
+        Some(words) => format!(", without {words},"),
+        None => String::new(),
+    };
     let mut text = match off.is_empty() {
         true => "what the model predicts could not be laid beside what was measured\n".to_owned(),
-        false => format!("the model's predictions are off by (rms): {}\n", off.join(", ")),
+        false => format!(
+            "the model's predictions{without} are off by (rms): {}\n",
+            off.join(", ")
+        ),
     };
     for trace in judged.diagnosed.traces.iter().filter(|t| t.curves.is_empty()) {
         let why = trace.remark.as_deref().unwrap_or("nothing to compare");

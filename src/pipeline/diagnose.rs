@@ -2,6 +2,7 @@
 //! itself tells of the same shapes and joints.
 
 use super::Options;
+use super::extend::held;
 use super::given::{FORCE, as_lumps, doubt_carriers, lumps_of, table_friction};
 use crate::base::{Estimate, Notices, Result};
 use crate::capture::Capture;
@@ -12,8 +13,10 @@ use crate::twin::{compared, joints_compared, placed_as, structure_compared};
 /// What was found of a model.
 #[derive(Clone, Debug)]
 pub struct Judged {
-    /// What its predictions lack.
+    /// What the plainest model with its numbers lacks.
     pub diagnosed: diagnosis::Diagnosed,
+    /// What of that it has a number for, as cause and place: that number is tried among the others.
+    pub carried: Vec<[String; 2]>,
     /// Its numbers beside measured ones.
     pub numbers: Vec<Compared>,
     /// What it holds together or lets move otherwise than was measured, in words.
@@ -85,8 +88,11 @@ pub fn judge(
     doubt_carriers(&mut numbers, &given);
     numbers.extend(joints_compared(&given.twin, &fresh.twin));
     numbers.extend(diagnosis::joint_numbers(capture, &segmented, &given, notices));
+    let of_its_own = diagnosed.diagnosis.findings.iter().filter(|f| held(&model.twin, f));
+    let carried = of_its_own.map(|f| [f.cause.clone(), f.place.clone()]).collect();
     Ok(Judged {
         diagnosed,
+        carried,
         numbers,
         structure,
         lent,

@@ -178,7 +178,7 @@ fn product(share: &Estimate, whole: &Estimate) -> Estimate {
 }
 
 /// Whether a number of the twin holds it.
-fn held(twin: &Twin, finding: &Finding) -> bool {
+pub(super) fn held(twin: &Twin, finding: &Finding) -> bool {
     let joint = |of: fn(&Joint) -> bool| twin.joints().any(|j| j.name == finding.place && of(j));
     let link = |of: fn(&Link) -> bool| twin.link(&finding.place).is_some_and(of);
     match finding.cause.as_str() {

@@ -182,7 +182,10 @@ fn doubt_weight(model: &mut Model, finding: &Finding) {
         };
         let value = mass.value;
         loosen(mass, 0.0, [value, value / (1.0 - most)], why);
-        for number in rubbing(link) {
+        // Nor need it have hung on what was tilted.
+        let friction = [link.friction.kinetic.as_mut(), link.friction.static_.as_mut()];
+        let told = friction.into_iter().flatten().filter(|e| e.status != Status::Known);
+        for number in told {
             let value = number.value;
             loosen(number, 0.0, [value * (1.0 - most), value], why);
         }

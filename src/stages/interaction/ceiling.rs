@@ -10,6 +10,9 @@ use crate::math::{mad_sd, median};
 
 /// How far the largest reading lies above the level, in standard deviations of the noise.
 const ABOVE: [f64; 2] = [1.5, 5.5];
+/// Where it is looked for below the largest reading, and from how far it is found, in the same.
+const STARTS: [f64; 6] = [2.0, 2.5, 3.0, 3.5, 4.0, 4.5];
+const NEAR: f64 = 1.5;
 /// Readings that stand at it are not farther below it, in standard deviations.
 const BELOW: f64 = 3.0;
 /// Readings of a stop at least, and seconds; and its length over that of the rise before it.
@@ -37,18 +40,8 @@ pub(super) fn ceiling_of(capture: &Capture) -> Option<Clipped> {
     let noise = noise_of(&pushes)?;
     let found = Along::ALL.into_iter().filter_map(|along| {
         let streams: Vec<Vec<f64>> = pushes.iter().map(|i| along.stream(i)).collect();
-        let level = level_of(&streams, noise)?;
-        let stops = pushes
-            .iter()
-            .zip(&streams)
-            .filter_map(|(i, s)| stop_of(i, s, level, noise));
-        let (mut missed, mut all) = (0, 0);
-        for momentum_missed in stops {
-            all += 1;
-            missed += usize::from(momentum_missed);
-        }
-        let proven = (missed >= PROOF.0 || all >= PROOF.1) && all as f64 >= PROOF.2 * pushes.len() as f64;
-        proven.then_some((all, level, along))
+        let (all, level) = level_of(&pushes, &streams, noise)?;
+        Some((all, level, along))
     });
     // The direction that is cut off stops most often: others do by its leave.
     let (_, level, along) = found.max_by_key(|(all, ..)| *all)?;
@@ -82,21 +75,36 @@ fn noise_of(pushes: &[&Interaction]) -> Option<f64> {
     median(&each).filter(|n| *n > 0.0)
 }
 
-/// The level about which the largest readings scatter as noise does.
-fn level_of(streams: &[Vec<f64>], noise: f64) -> Option<f64> {
-    let all: Vec<f64> = streams.iter().flatten().copied().filter(|x| x.is_finite()).collect();
-    let most = all.iter().copied().fold(0.0, f64::max);
-    let near = |of: &dyn Fn(f64) -> bool| median(&all.iter().copied().filter(|x| of(*x)).collect::<Vec<f64>>());
-    let mut level = near(&|x| x > most - 7.0 * noise)?;
-    for _ in 0..5 {
-        level = near(&|x| (x - level).abs() < 2.5 * noise).unwrap_or(level);
-    }
-    let above = (most - level) / noise;
-    (above > ABOVE[0] && above < ABOVE[1] && level > 10.0 * noise).then_some(level)
+/// The level at which most pushes stop, below the largest reading by what noise adds to it, and how many do.
+fn level_of(pushes: &[&Interaction], streams: &[Vec<f64>], noise: f64) -> Option<(usize, f64)> {
+    let finite = streams.iter().flatten().copied().filter(|x| x.is_finite());
+    let most = finite.fold(0.0, f64::max);
+    let stops = |level: f64, loose: f64| -> Vec<Stop> {
+        let each = pushes.iter().zip(streams);
+        each.filter_map(|(i, s)| stop_of(i, s, (level, loose), noise)).collect()
+    };
+    let tried = STARTS.iter().filter_map(|k| {
+        let start = most - k * noise;
+        let means: Vec<f64> = stops(start, NEAR * noise).iter().map(|s| s.mean).collect();
+        let level = median(&means).filter(|l| *l > 10.0 * noise)?;
+        let above = (most - level) / noise;
+        let found = stops(level, 0.0);
+        let missed = found.iter().filter(|s| s.missed).count();
+        let many = found.len() as f64 >= PROOF.2 * pushes.len() as f64;
+        let proven = many && (missed >= PROOF.0 || found.len() >= PROOF.1) && above > ABOVE[0] && above < ABOVE[1];
+        proven.then_some((found.len(), level))
+    });
+    tried.max_by_key(|(all, _)| *all)
 }
 
-/// Whether the momentum of the body is missed where a push's force comes to a stop at `level`; nothing where it comes to none.
-fn stop_of(interaction: &Interaction, sizes: &[f64], level: f64, noise: f64) -> Option<bool> {
+/// How a push's force comes to a stop: the mean of its readings, N, and whether the momentum of the body is missed in them.
+struct Stop {
+    mean: f64,
+    missed: bool,
+}
+
+/// Where a push's force comes to a stop at a level, to within chance and `loose`; nothing where it comes to none.
+fn stop_of(interaction: &Interaction, sizes: &[f64], (level, loose): (f64, f64), noise: f64) -> Option<Stop> {
     let time = &interaction.force.as_ref()?.time;
     let steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
     let step = median(&steps).filter(|s| *s > 0.0)?;
@@ -113,7 +121,7 @@ fn stop_of(interaction: &Interaction, sizes: &[f64], level: f64, noise: f64) -> 
     let n = length as f64;
     let middle = mean(stop);
     let scatter = (stop.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / n).sqrt();
-    let flat = (middle - level).abs() < 3.0 * noise / n.sqrt() + OFF * level
+    let flat = (middle - level).abs() < (3.0 * noise / n.sqrt() + OFF * level).max(loose)
         && scatter < SCATTER * noise * (1.0 + 2.0 / (2.0 * n).sqrt());
     if !flat {
         return None;
@@ -126,7 +134,7 @@ fn stop_of(interaction: &Interaction, sizes: &[f64], level: f64, noise: f64) -> 
     let doubt = noise * step * ((until - at) as f64).sqrt();
     let missed = over < SEEN * momentum && (1.0 - SEEN) * momentum > MISSED * doubt;
     // A level that stays is one of friction, unless momentum is missed; a flat top above it is none.
-    (missed || friction < level - noise).then_some(missed)
+    (missed || friction < level - noise).then_some(Stop { mean: middle, missed })
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -20,6 +20,8 @@ pub struct Clipped {
     pub limit: f64,
     /// Readings in all.
     pub readings: usize,
+    /// Standard deviation of the limit, N: nought where readings repeat it to the last digit, else they scatter about it.
+    pub sd: f64,
     /// Rows of the stream of force that stand at it, for each interaction of the capture in its order.
     pub rows: Vec<Vec<usize>>,
 }

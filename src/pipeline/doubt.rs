@@ -1,7 +1,7 @@
 //! What else a finding leaves in doubt: numbers of the twin that were told as if nothing of the kind were there.
 
 use crate::base::{Estimate, Status};
-use crate::twin::{Diagnosis, Finding, Model};
+use crate::twin::{Diagnosis, Finding, Link, Model, Verdict};
 
 /// What a body feels, or its sensor makes of it, while it speeds up or slides on as well, so that a mass that comes from that alone, by
 /// plain friction, is off.
@@ -35,6 +35,13 @@ const NEAR_LIMIT: f64 = 0.8;
 /// By how much such a mass may be off, as a share.
 const OFF: f64 = 0.5;
 
+/// Largest share of a mass that is loose.
+const MOST_LOOSE: f64 = 0.8;
+/// By how much numbers may be off, as a share, where what acted beside what was named has no name.
+const UNNAMED: f64 = 0.2;
+/// Error of the plain model's ways, m, from which on what they told is in doubt.
+const ASTRAY: f64 = 5e-3;
+
 /// What takes work from a press whatever its speed, or by a memory of its own, so that a loop is no proof of damping.
 const WITHOUT_DAMPING: [&str; 6] = [
     "guide-friction",
@@ -64,6 +71,24 @@ pub(super) fn doubt(model: &mut Model, diagnosis: &Diagnosis) {
         doubt_forces(model, limit.value);
     }
     likely(&WITHOUT_DAMPING).for_each(|f| doubt_damping(model, f));
+    likely(&["loose-mass"]).for_each(|f| doubt_weight(model, f));
+    likely(&["contact-point-offset"]).for_each(|f| doubt_centre(model, f));
+}
+
+/// Doubts what pushes told of a body where what acted on it besides is not all named, or led it far from where it was thought to go.
+pub(super) fn doubt_what_is_left(model: &mut Model, diagnosis: &Diagnosis) {
+    let unnamed = diagnosis.verdict == Verdict::Unknown;
+    let way = diagnosis.base.rmse.get("position").copied().unwrap_or(0.0);
+    let acts =
+        |f: &&Finding| HOLDS_BACK.contains(&f.cause.as_str()) && (unnamed || f.probability > 0.5 && way > ASTRAY);
+    let Some(finding) = diagnosis.findings.iter().find(acts) else {
+        return;
+    };
+    let why = match unnamed {
+        true => format!("beside more than {}, which has no name", finding.cause),
+        false => format!("by ways from which {} led far off", finding.cause),
+    };
+    doubt_rubbing(model, &why);
 }
 
 /// Whether the force of a push is in it.
@@ -119,6 +144,97 @@ fn doubt_static(model: &mut Model, cause: &str) {
         number.ci95 = Some([low.min(least), high]);
         number.sd = Some(number.sd.unwrap_or(0.0).max((high - low.min(least)) / 3.92));
         number.method = format!("{}, which may be {cause}", number.method);
+    }
+}
+
+/// Makes a number one that is told with `doubt` (standard deviation) more, between `ends` at least.
+fn loosen(number: &mut Estimate, doubt: f64, ends: [f64; 2], why: &str) {
+    let sd = number.sd.unwrap_or(0.0).hypot(doubt);
+    let [low, high] = number.ci95.unwrap_or([number.value; 2]);
+    let least = (number.value - 1.96 * sd).max(0.05 * number.value);
+    number.status = Status::Assumed;
+    number.sd = Some(sd);
+    number.ci95 = Some([
+        low.min(least).min(ends[0]),
+        high.max(number.value + 1.96 * sd).max(ends[1]),
+    ]);
+    number.method = format!("{}, {why}", number.method);
+}
+
+/// What pushes told by force of how a link rubs.
+fn rubbing(link: &mut Link) -> impl Iterator<Item = &mut Estimate> {
+    let friction = [link.friction.kinetic.as_mut(), link.friction.static_.as_mut()];
+    let own = friction.into_iter().flatten().filter(|e| by_force(e));
+    own.filter(|e| e.status != Status::Known)
+}
+
+/// A mass whose loose part may not have hung on what was lifted: then it is more, and the friction of its weight less.
+fn doubt_weight(model: &mut Model, finding: &Finding) {
+    let share = finding.parameters.get("share");
+    let most = share
+        .map_or(OFF, |s| s.ci95.map_or(s.value, |c| c[1]))
+        .clamp(0.0, MOST_LOOSE);
+    let why = "of which what is loose may not have been lifted";
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let lifted = |m: &Estimate| m.is_measured() && m.method.contains("lift");
+        let Some(mass) = link.mass.as_mut().filter(|m| lifted(m)) else {
+            continue;
+        };
+        let value = mass.value;
+        loosen(mass, 0.0, [value, value / (1.0 - most)], why);
+        // Nor need it have hung on what was tilted.
+        let friction = [link.friction.kinetic.as_mut(), link.friction.static_.as_mut()];
+        let told = friction.into_iter().flatten().filter(|e| e.status != Status::Known);
+        for number in told {
+            let value = number.value;
+            loosen(number, 0.0, [value * (1.0 - most), value], why);
+        }
+    }
+}
+
+/// A centre of mass whose lever is measured from where the tool was thought to be.
+fn doubt_centre(model: &mut Model, finding: &Finding) {
+    let size = |name: &str| finding.parameters.get(name).map_or(0.0, |e| e.value);
+    let off = size("dx").hypot(size("dy"));
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let Some(com) = link.com.as_mut().filter(|c| c.is_measured()) else {
+            continue;
+        };
+        let sd = com.sd.unwrap_or([0.0; 3]).map(|s| s.hypot(off));
+        com.status = Status::Assumed;
+        com.ci95 = Some(std::array::from_fn(|k| {
+            [com.value[k] - 1.96 * sd[k], com.value[k] + 1.96 * sd[k]]
+        }));
+        com.sd = Some(sd);
+        com.method = format!("{}, by a tool that is beside its path", com.method);
+    }
+}
+
+/// Friction and inertia of what was pushed, where more than what was named acted on it.
+fn doubt_rubbing(model: &mut Model, why: &str) {
+    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
+        let force = link.friction_force.kinetic.as_mut().filter(|e| e.is_measured());
+        if let Some(number) = force {
+            loosen(number, UNNAMED * number.value, [number.value; 2], why);
+        }
+        for number in rubbing(link).filter(|e| e.is_measured()) {
+            loosen(number, UNNAMED * number.value, [number.value; 2], why);
+        }
+        let Some(inertia) = link
+            .inertia
+            .as_mut()
+            .filter(|i| i.is_measured() && i.method.contains("push"))
+        else {
+            continue;
+        };
+        let scale = inertia.value[0].max(inertia.value[1]).max(inertia.value[2]);
+        let sd = inertia.sd.unwrap_or([0.0; 6]).map(|s| s.hypot(UNNAMED * scale));
+        inertia.status = Status::Assumed;
+        inertia.ci95 = Some(std::array::from_fn(|k| {
+            [inertia.value[k] - 1.96 * sd[k], inertia.value[k] + 1.96 * sd[k]]
+        }));
+        inertia.sd = Some(sd);
+        inertia.method = format!("{}, {why}", inertia.method);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::doubt::{by_force, doubt};
+use super::doubt::{by_force, doubt, doubt_what_is_left};
 use crate::base::{Estimate, Status};
 use crate::stages::diagnosis::{Level, Number};
 use crate::twin::{Coupling, Detent, Diagnosis, Effect, Finding, Joint, Link, Model, RelationKind, Twin};
@@ -37,6 +37,7 @@ const BY_SPEED: [&str; 3] = ["joint-quadratic-damping", "soft-close", "velocity-
 /// numbers are beside the findings.
 pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
     if !diagnosis.findings.iter().any(|f| f.probability > 0.5) {
+        doubt_what_is_left(model, diagnosis);
         return;
     }
     for level in levels {
@@ -46,6 +47,7 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
         damp(joint, &diagnosis.findings);
     }
     doubt(model, diagnosis);
+    doubt_what_is_left(model, diagnosis);
     let sure = diagnosis.findings.iter().filter(|f| f.probability > 0.5);
     for finding in sure.filter(|f| !OF_THE_RIG.contains(&f.cause.as_str())) {
         if !of_joint(&mut model.twin, finding) && !held(&model.twin, finding) {

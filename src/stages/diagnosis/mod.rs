@@ -43,6 +43,7 @@ mod press_laws;
 mod presses;
 mod profile;
 mod push_catalogue;
+mod push_history;
 mod push_laws;
 mod push_motion;
 mod push_places;

@@ -39,6 +39,8 @@ pub mod form {
     pub const LOAD_ADHESION: usize = 29;
     pub const CROSSTALK_ONTO_X: usize = 30;
     pub const CROSSTALK_ONTO_Y: usize = 31;
+    pub const BUMP_BOUNDED: usize = 32;
+    pub const MAGNET_FAR: usize = 33;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -159,8 +161,16 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
         let d = s.at - Vector2::new(px, py);
         d * ((-d.norm_squared() / (2.0 * r * r)).exp() / r)
     };
+    // The same of a hill that ends (`tail` above nought) or reaches far (below it), (1 − tail d²/2R²)^(1/tail − 1): with nought the Gaussian.
+    let tailed = |px: f64, py: f64, r: f64, tail: f64| {
+        let d = s.at - Vector2::new(px, py);
+        let left = 1.0 - tail * d.norm_squared() / (2.0 * r * r);
+        d * (left.max(0.0).powf(1.0 / tail - 1.0) / r)
+    };
     *out += match active.law.form {
         form::TILT => Vector2::new(v[0], v[1]) * load,
+        form::BUMP_BOUNDED => tailed(v[1], v[2], v[3].exp(), v[4]) * (-v[0] * load),
+        form::MAGNET_FAR => tailed(v[1], v[2], v[3].exp(), v[4]) * v[0],
         form::BUMP => hill(v[1], v[2], v[3].exp()) * (-v[0] * load),
         form::MAGNET => hill(v[1], v[2], v[3].exp()) * v[0],
         form::TETHER_SLACK => {

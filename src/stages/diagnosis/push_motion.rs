@@ -48,6 +48,10 @@ pub fn rise(
     (0..time.len()).find(above).map(|i| time[i])
 }
 
+/// Readings of a track that are averaged, and how far from the plain model's way (m, root mean square) the track is followed.
+const SMOOTH: usize = 5;
+const ASTRAY: f64 = 2e-3;
+
 /// What the plain model says of the motion of the pushed body.
 pub struct Motion {
     pub time: Vec<f64>,
@@ -98,6 +102,35 @@ impl Motion {
             speed,
             force,
         })
+    }
+
+    /// Where the body went as it was tracked, where that is not where the plain model has it: laws of a place ask where it really was.
+    pub fn led_by(&mut self, track: &PoseStream, link: &Link, plane: &[Vector3<f64>; 2]) {
+        let middle = Vector3::from(link.com.as_ref().map_or([0.0; 3], |c| c.value));
+        let rows = (0..track.len()).filter_map(|i| {
+            let turn = track.rotation[i]?;
+            let place = track.position[i].coords + turn * middle;
+            place.iter().all(|x| x.is_finite()).then_some((track.time[i], place))
+        });
+        let (time, places): (Vec<f64>, Vec<Vector3<f64>>) = rows.unzip();
+        if time.len() < SMOOTH {
+            return;
+        }
+        let axes = plane.map(|axis| places.iter().map(|p| p.dot(&axis)).collect::<Vec<f64>>());
+        let mean = |axis: &Vec<f64>, t: f64| {
+            let i = time.partition_point(|x| *x < t);
+            let from = i.saturating_sub(SMOOTH / 2).min(time.len() - SMOOTH);
+            axis[from..from + SMOOTH].iter().sum::<f64>() / SMOOTH as f64
+        };
+        let tracked: Vec<Vector2<f64>> = self
+            .time
+            .iter()
+            .map(|t| Vector2::new(mean(&axes[0], *t), mean(&axes[1], *t)))
+            .collect();
+        let apart = self.at.iter().zip(&tracked).map(|(a, b)| (a - b).norm_squared());
+        if (apart.sum::<f64>() / self.at.len().max(1) as f64).sqrt() > ASTRAY {
+            self.at = tracked;
+        }
     }
 
     /// From when to when the tool moves it, s; a hand that takes `hold` of it does so while all rests.

@@ -75,10 +75,49 @@ pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             form::MAGNET,
             vec![Parameter::positive("A", "N", 0.8f64.max(0.3 * scale))],
             round(),
-            grid,
+            grid.clone(),
+            "something pulls the body towards one place",
+        ),
+        law(
+            "bump",
+            "support",
+            form::BUMP_BOUNDED,
+            vec![a("slope", "1", 0.15)],
+            with_tail(round(), BOUNDED),
+            tailed(&grid, BOUNDED),
+            "the table rises at one place: up costs what down gives back",
+        ),
+        law(
+            "magnet",
+            "support",
+            form::MAGNET_FAR,
+            vec![Parameter::positive("A", "N", 0.8f64.max(0.3 * scale))],
+            with_tail(round(), FAR),
+            tailed(&grid, FAR),
             "something pulls the body towards one place",
         ),
     ]
+}
+
+/// How the slope of a hill with an edge falls, and the pull of poles that reaches far: middle and standard deviation of the
+/// exponent `tail`. A raised cosine is near 0.4, a pair of poles −0.67.
+const BOUNDED: [f64; 2] = [0.4, 0.12];
+const FAR: [f64; 2] = [-0.6, 0.15];
+
+fn with_tail(mut round: Vec<Parameter>, [middle, sd]: [f64; 2]) -> Vec<Parameter> {
+    let ends = [middle - 2.2 * sd, middle + 2.2 * sd];
+    round.push(Parameter {
+        unit: "1",
+        low: ends[0],
+        high: ends[1],
+        ..Parameter::place("tail", middle, sd)
+    });
+    round
+}
+
+fn tailed(grid: &[Vec<f64>], [middle, _]: [f64; 2]) -> Vec<Vec<f64>> {
+    let one = |start: &Vec<f64>| start.iter().copied().chain([middle]).collect();
+    grid.iter().map(one).collect()
 }
 
 /// Forces that act everywhere on the table.

@@ -5,6 +5,7 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
 use super::family::{Channel, Group};
 use super::predict::Scene;
+use super::push_history::History;
 use super::push_motion::{Motion, approach, impact, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
 use super::rubbing::rubbing;
@@ -80,25 +81,6 @@ pub struct State {
     pub tool: UnitQuaternion<f64>,
 }
 
-/// A body's pushes so far.
-#[derive(Default)]
-pub struct History {
-    seen: Vec<(String, f64, f64)>,
-}
-
-impl History {
-    /// When the body last came to rest and how far it has slid.
-    fn of(&self, body: &str) -> Option<(f64, f64)> {
-        self.seen.iter().find(|s| s.0 == body).map(|s| (s.1, s.2))
-    }
-    fn note(&mut self, body: &str, rest: f64, slid: f64) {
-        match self.seen.iter_mut().find(|s| s.0 == body) {
-            Some(s) => (s.1, s.2) = (rest, s.2 + slid),
-            None => self.seen.push((body.to_owned(), rest, slid)),
-        }
-    }
-}
-
 /// One push, ready for the family.
 pub struct Observed {
     /// Whose friction is felt: the body, with what moved along with it.
@@ -133,7 +115,10 @@ impl Observed {
         let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&plane[0]), v.dot(&plane[1]));
         let along = flat(&direction).try_normalize(1e-6)?;
         let (time, force, noise) = scene.raw_force(BIN)?;
-        let motion = Motion::of(&found, link, plane)?;
+        let mut motion = Motion::of(&found, link, plane)?;
+        if let Some(track) = interaction.tracks.get(&link.name) {
+            motion.led_by(track, link, plane);
+        }
         let touched = motion.touched_by(&found, scene.segmented.filter(|_| action.tool.hold != Hold::Push))?;
         let onset = rise(&time, &force, &flat, &along, &found, touched)?;
         let last = history.of(&link.name);
@@ -142,7 +127,7 @@ impl Observed {
             zero,
             wait,
             first: last.is_none(),
-            worn: last.map_or(0.0, |l| l.1),
+            worn: last.map_or(0.0, |l| l.1) + history.slid_before(&link.name),
         };
         let (mut states, measured, slip) = moments(
             interaction,

@@ -1,7 +1,7 @@
 //! Pushes and pulls of single bodies along the support as the ladder of laws sees them: the force in the plane of the
 //! support, with everything that a law of friction, of the table or of the sensor may depend on.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Point3, Vector2, Vector3};
 
 use super::Quantity;
 use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
@@ -9,9 +9,10 @@ use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::push_catalogue::push_laws;
+use super::push_history::History;
 use super::push_laws;
 use super::push_motion::paces;
-use super::push_states::{History, Observed, State, USUAL, WIDTH, excuse_blows};
+use super::push_states::{Observed, State, USUAL, WIDTH, excuse_blows};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
@@ -70,10 +71,12 @@ impl Pushes {
         let mut names: Vec<String> = Vec::new();
         let mut history = History::default();
         let mut all = Vec::new();
-        for interaction in ordered
-            .into_iter()
-            .filter(|i| matches!(i.kind, Kind::Push | Kind::Pull))
-        {
+        let origin = origin_of(capture, model);
+        for interaction in ordered {
+            history.tilted(interaction, &origin);
+            if !matches!(interaction.kind, Kind::Push | Kind::Pull) {
+                continue;
+            }
             let cut = segmented.iter().find(|s| s.interaction == interaction.name);
             let scene = Scene {
                 capture,
@@ -228,6 +231,13 @@ fn scatter() -> Vec<Scatter> {
         step: 1e-4,
     };
     rows.into_iter().map(one).collect()
+}
+
+/// A point of the support.
+fn origin_of(capture: &Capture, model: &Model) -> Point3<f64> {
+    let of_capture = capture.support.as_ref().map(|s| s.point);
+    let of_twin = || model.twin.support.as_ref().map(|s| Point3::from(s.point));
+    of_capture.or_else(of_twin).unwrap_or_else(Point3::origin)
 }
 
 /// Two unit vectors in the plane of the support: the world's axes where it is level.

@@ -10,6 +10,8 @@ use crate::twin::{Evidence, Finding, Gain};
 
 /// How the end of a range is told.
 const AT_THE_END: &str = "readings equal to the largest, to the last digit";
+/// The same where noise comes after it.
+const AT_ONE_LEVEL: &str = "rises that stop at one level, with the noise alone";
 
 /// Strays, rounding and the end of the range, where there are such.
 pub fn sensor_findings(capture: &Capture, faults: &SensorFaults, traces: &[Trace]) -> Vec<Finding> {
@@ -53,18 +55,30 @@ fn clipped(capture: &Capture, found: &Clipped, traces: &[Trace]) -> Finding {
     let (before, after) = (rms(f64::INFINITY), rms(found.limit));
     let limit = Estimate::measured(
         found.limit,
-        1e-3 * found.limit,
+        found.sd.hypot(1e-3 * found.limit),
         "N",
         names(&with),
-        "readings that repeat the largest",
+        if found.sd > 0.0 {
+            "readings that scatter about the largest"
+        } else {
+            "readings that repeat the largest"
+        },
     );
+    let (test, stand) = if found.sd > 0.0 {
+        (
+            AT_ONE_LEVEL,
+            "stand at one level but for their noise, which rises of the force run into without the blow that speeds the body up",
+        )
+    } else {
+        (AT_THE_END, "stand at one value and none is larger")
+    };
     let evidence = Evidence {
         residual: "values of the force".into(),
-        test: AT_THE_END.into(),
+        test: test.into(),
         statistic: count as f64,
         p_value: 0.0,
         words: format!(
-            "{count} of {} readings stand at {:.3} N and none is larger: the range of the sensor ends there, and these were left out",
+            "{count} of {} readings {stand}: the range of the sensor ends at {:.3} N, and these were left out",
             found.readings, found.limit
         ),
     };
@@ -80,7 +94,7 @@ fn clipped(capture: &Capture, found: &Clipped, traces: &[Trace]) -> Finding {
 
 /// Whether it is of readings that were left out.
 pub fn taken_out(finding: &Finding) -> bool {
-    let end = |e: &Evidence| e.test.starts_with(AT_THE_END);
+    let end = |e: &Evidence| e.test.starts_with(AT_THE_END) || e.test.starts_with(AT_ONE_LEVEL);
     finding.cause == "outliers" || finding.evidence.iter().any(end)
 }
 

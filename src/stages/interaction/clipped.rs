@@ -1,7 +1,7 @@
 //! A force sensor at the end of its range: no reading is larger than some size, and many stand at it to the last digit.
 //!
 //! Only a noisy sensor tells it so: what clips after its noise repeats one value, and noise repeats none. One that clips
-//! before its noise is told from what the forces should have been.
+//! before its noise is told from how its readings come to a stop (`ceiling`).
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -19,7 +19,7 @@ const IDLE: usize = 25;
 
 /// What of a reading is cut off.
 #[derive(Clone, Copy, Debug)]
-enum Along {
+pub(super) enum Along {
     /// A component in the room.
     Room(usize),
     /// A component in the frame of the tool.
@@ -29,7 +29,7 @@ enum Along {
 }
 
 impl Along {
-    const ALL: [Self; 7] = [
+    pub const ALL: [Self; 7] = [
         Self::Room(0),
         Self::Room(1),
         Self::Room(2),
@@ -47,7 +47,8 @@ impl Along {
         }
     }
 
-    fn stream(self, interaction: &Interaction) -> Vec<f64> {
+    /// Its size in each reading of an interaction, N.
+    pub fn stream(self, interaction: &Interaction) -> Vec<f64> {
         let Some(stream) = &interaction.force else {
             return Vec::new();
         };
@@ -74,7 +75,12 @@ pub(super) fn clipped_of(capture: &Capture) -> Option<Clipped> {
         .iter()
         .map(|s| (0..s.len()).filter(|i| at(&s[*i])).collect())
         .collect();
-    Some(Clipped { limit, readings, rows })
+    Some(Clipped {
+        limit,
+        readings,
+        sd: 0.0,
+        rows,
+    })
 }
 
 /// A limit that none exceeds and many repeat, with how many do.

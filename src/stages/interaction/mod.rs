@@ -1,5 +1,6 @@
 //! `segment`: each recording cut into rest, approach, stick, slide, release, with what was in contact.
 
+mod ceiling;
 mod clipped;
 mod config;
 mod contact;

@@ -5,6 +5,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::ceiling::ceiling_of;
 use super::clipped::clipped_of;
 use crate::capture::{Capture, Interaction, Kind, SensorFaults, Strays};
 use crate::math::{mad_sd, median, quantile};
@@ -42,7 +43,7 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
         rounding: rounding_of(capture, level.unwrap_or(0.0)),
         strays,
         stray_positions: tracks.map(|t| t.1),
-        clipped: clipped_of(capture),
+        clipped: clipped_of(capture).or_else(|| ceiling_of(capture)),
     };
     if faults.strays.is_none() && tracks.is_none() && faults.clipped.is_none() {
         return (None, faults);

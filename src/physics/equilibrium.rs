@@ -5,7 +5,9 @@
 //! is taken back.
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{Const, DVector, DefaultAllocator, Dim, Dyn, Matrix2, Matrix3, OMatrix, OVector, U2, U3, Vector2, Vector3};
+use nalgebra::{
+    Const, DVector, DefaultAllocator, Dim, Dyn, Matrix2, Matrix3, OMatrix, OVector, U2, U3, Vector2, Vector3,
+};
 
 use super::quasistatic::{Contact, ContactSolution, Dissipator};
 use super::{Between, SHORTFALL};
@@ -92,6 +94,9 @@ impl Dissipator {
     }
 }
 
+/// A generalised velocity and the force of the tool.
+type Found<D> = (OVector<f64, D>, Vector2<f64>);
+
 /// What is to balance, of `D` generalised velocities.
 struct Scales<'a, D: Dim>
 where
@@ -158,17 +163,18 @@ where
         let near = from.and_then(|from| {
             let mut start = OVector::<f64, D>::zeros_generic(self.size, Const::<1>);
             (0..from.len()).for_each(|k| start[k] = from[k]);
-            self.passes(Some(start), PASSES_ON).ok()
+            let (found, balances) = self.passes(Some(start), PASSES_ON);
+            balances.then_some(found)
         });
-        let (velocity, force) = near.unwrap_or_else(|| self.passes(None, passes).unwrap_or_else(|last| last));
+        let (velocity, force) = near.unwrap_or_else(|| self.passes(None, passes).0);
         ContactSolution {
             velocity: DVector::from_fn(self.contact.jacobian.ncols(), |k, _| velocity[k]),
             force,
         }
     }
 
-    /// What balances; as an error what it came to where it did not in so many passes.
-    fn passes(&self, from: Option<OVector<f64, D>>, most: usize) -> Result<(OVector<f64, D>, Vector2<f64>), (OVector<f64, D>, Vector2<f64>)> {
+    /// What so many passes come to, and whether that balances.
+    fn passes(&self, from: Option<OVector<f64, D>>, most: usize) -> (Found<D>, bool) {
         let first = if from.is_some() { 0 } else { WEIGHTS_FIRST };
         let mut velocity = from;
         let mut force = Vector2::zeros();
@@ -182,7 +188,7 @@ where
                 let driven = self.jacobian.tr_mul(&force);
                 let open = (&resisted - &driven).norm();
                 if pass > 0 && open <= NEAR * resisted.norm() {
-                    return Ok((now.clone(), force));
+                    return ((now.clone(), force), true);
                 }
                 match before.take() {
                     // Farther off than before it: taken back.
@@ -207,10 +213,10 @@ where
             let done = !by_tangents && moved <= NEAR * next.norm();
             (velocity, force) = (Some(next), pushed);
             if done {
-                return Ok((velocity.unwrap_or_else(|| self.still()), force));
+                return ((velocity.unwrap_or_else(|| self.still()), force), true);
             }
         }
-        Err((velocity.unwrap_or_else(|| self.still()), force))
+        ((velocity.unwrap_or_else(|| self.still()), force), false)
     }
 
     fn still(&self) -> OVector<f64, D> {
@@ -239,7 +245,7 @@ where
         weight: &OMatrix<f64, D, D>,
         tangent: &OMatrix<f64, D, D>,
         velocity: &OVector<f64, D>,
-    ) -> Option<(OVector<f64, D>, Vector2<f64>)> {
+    ) -> Option<Found<D>> {
         let tangent = tangent * (1.0 - LEFT) + weight * LEFT;
         let pull = &self.pull + (weight - &tangent) * velocity;
         let found = self.balance(&tangent, &pull, NEAR * LEFT)?;
@@ -248,7 +254,7 @@ where
 
     /// One linear balance with fixed weights: `q' = W^-1 (J' f - pull)` with the contact's speeds met. A direction in which the
     /// touched point goes less than `still` of the whole does not move.
-    fn balance(&self, weight: &OMatrix<f64, D, D>, pull: &OVector<f64, D>, still: f64) -> Option<(OVector<f64, D>, Vector2<f64>)> {
+    fn balance(&self, weight: &OMatrix<f64, D, D>, pull: &OVector<f64, D>, still: f64) -> Option<Found<D>> {
         let factor = weight.clone().cholesky()?;
         let answer = factor.solve(&self.jacobian.transpose());
         let mobility: Matrix2<f64> = &self.jacobian * &answer;

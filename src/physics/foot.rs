@@ -118,9 +118,18 @@ impl Pressing {
             let (reached, slope) = slope_towards(&self.points, &self.middle, centre, from);
             let pressed = pressed_points(&self.points, &self.middle, &slope);
             let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
-            let about = pressed.into_iter().map(|(p, _, f)| ((p - reached) * self.drawn, f / load));
+            let about = pressed
+                .into_iter()
+                .map(|(p, _, f)| ((p - reached) * self.drawn, f / load));
             let points = about.collect();
-            self.last = Some((*centre, slope, Pressed { centre: reached, points }));
+            self.last = Some((
+                *centre,
+                slope,
+                Pressed {
+                    centre: reached,
+                    points,
+                },
+            ));
         }
         self.last.as_ref().map(|l| &l.2)
     }
@@ -217,9 +226,7 @@ impl Stand {
     pub(super) fn foot(&self, link: &Link) -> Option<Foot> {
         let force = link.friction_force.kinetic.as_ref()?.value;
         let known = link.friction.torsional_radius.as_ref().map(|c| c.value);
-        let radius = known
-            .or_else(|| self.under.as_ref().map(|u| u.uniform))
-            .unwrap_or(0.02);
+        let radius = known.or_else(|| self.under.as_ref().map(|u| u.uniform)).unwrap_or(0.02);
         Some(Foot {
             force,
             radius,

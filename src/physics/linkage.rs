@@ -108,7 +108,9 @@ impl Linkage {
         hang(&mut links, &joints, body);
         // The links turn against each other with less than an ellipsoid through sliding and turning tells.
         if !joints.is_empty() {
-            links.iter_mut().for_each(|l| l.pressing = l.foot.as_ref().and_then(Foot::pressing));
+            links
+                .iter_mut()
+                .for_each(|l| l.pressing = l.foot.as_ref().and_then(Foot::pressing));
         }
         let anchored = body.links.first().is_some_and(|l| l.name == "world");
         let rubs = links.iter().any(|l| l.foot.is_some()) || anchored;

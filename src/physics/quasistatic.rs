@@ -66,11 +66,7 @@ pub fn solve_contact(dissipators: &[Dissipator], contact: &Contact) -> Option<Co
 }
 
 /// The same on a path, from what balanced in its last step.
-pub fn solve_contact_on(
-    course: &mut Course,
-    dissipators: &[Dissipator],
-    contact: &Contact,
-) -> Option<ContactSolution> {
+pub fn solve_contact_on(course: &mut Course, dissipators: &[Dissipator], contact: &Contact) -> Option<ContactSolution> {
     let closing = contact.inward.dot(&contact.tool_velocity);
     if !contact.bilateral && closing <= 0.0 {
         return None;

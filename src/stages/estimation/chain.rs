@@ -150,7 +150,9 @@ impl Chain {
     /// to is fitted as finely as the best of all.
     fn fitted(&self, model: &Model, trials: &[Trial]) -> Vec<Way> {
         let ways = self.ways().into_iter();
-        let rough: Vec<Way> = ways.filter_map(|bears| self.fit(bears, model, trials, 1.0, None)).collect();
+        let rough: Vec<Way> = ways
+            .filter_map(|bears| self.fit(bears, model, trials, 1.0, None))
+            .collect();
         let best = rough.iter().map(|w| w.scale).fold(f64::INFINITY, f64::min);
         let fine = best.clamp(FINEST, 1.0);
         let finer = |w: &Way| self.fit(w.bears.clone(), model, trials, fine, Some(&w.fit.x));
@@ -249,7 +251,10 @@ impl Chain {
             let mut trial_model = small.clone();
             self.apply(x, &bears, &mut trial_model);
             let mut out: Vec<f64> = (x - &mean).component_div(&sd).iter().copied().collect();
-            let each: Vec<Vec<f64>> = trials.par_iter().map(|t| misfit(&trial_model, t, from.is_none())).collect();
+            let each: Vec<Vec<f64>> = trials
+                .par_iter()
+                .map(|t| misfit(&trial_model, t, from.is_none()))
+                .collect();
             out.extend(each.into_iter().flatten().map(|r| r / fine));
             DVector::from_vec(out)
         };

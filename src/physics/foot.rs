@@ -1,5 +1,7 @@
 //! What a link stands on: where its friction acts, how strong it is and how it resists turning.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
 
 use super::Footprint;
@@ -23,13 +25,13 @@ pub struct Foot {
     /// What it stands on, along the normal, m.
     pub ground: f64,
     /// What it stands on.
-    under: Option<Under>,
+    pub(super) under: Option<Arc<Under>>,
 }
 
-/// A footprint as points with their shares of its area (plane frame at the start, m²), its corners with theirs of all that it
+/// A footprint as points with their shares of its area (plane frame at the start), its corners with theirs of all that it
 /// turns there, and the mean distances of both from the centre of friction, m.
 #[derive(Clone, Debug)]
-struct Under {
+pub(super) struct Under {
     points: Vec<(Point2<f64>, f64)>,
     corners: Vec<(Point2<f64>, f64)>,
     uniform: f64,
@@ -37,13 +39,15 @@ struct Under {
 }
 
 impl Under {
-    fn of(print: &Footprint, centre: &Point2<f64>) -> Self {
+    pub(super) fn of(print: &Footprint, centre: &Point2<f64>) -> Self {
         let corners = print.turned();
+        let points = print.quadrature();
+        let area: f64 = points.iter().map(|p| p.1).sum();
         Self {
-            points: print.quadrature(),
+            points: in_cells(&points, CELLS, area),
             uniform: print.mean_distance(centre),
             outermost: corners.iter().map(|(p, share)| share * (p - centre).norm()).sum(),
-            corners,
+            corners: in_cells(&corners, CELLS_CORNERS, 1.0),
         }
     }
 
@@ -52,11 +56,17 @@ impl Under {
     fn spread(&self, times: f64) -> Vec<(Point2<f64>, f64)> {
         let most = self.outermost / self.uniform.max(1e-6);
         let outer = ((times - 1.0) / (most - 1.0).max(1e-3)).clamp(0.0, 1.0);
-        let area: f64 = self.points.iter().map(|p| p.1).sum();
-        let even = self.points.iter().map(|(p, w)| (*p, (1.0 - outer) * w / area));
+        let even = self.points.iter().map(|(p, share)| (*p, (1.0 - outer) * share));
         let corners = self.corners.iter().map(|(p, share)| (*p, outer * share));
         even.chain(corners).filter(|p| p.1 > 0.0).collect()
     }
+}
+
+/// Points gathered into the cells of a grid of so many a side, with their shares of `all`.
+fn in_cells(points: &[(Point2<f64>, f64)], side: usize, all: f64) -> Vec<(Point2<f64>, f64)> {
+    let bare: Vec<(Vector2<f64>, f64)> = points.iter().map(|(p, share)| (p.coords, share / all)).collect();
+    let cells = gathered(&bare, side).into_iter();
+    cells.map(|(p, share)| (Point2::from(p), share)).collect()
 }
 
 impl Foot {
@@ -71,47 +81,86 @@ impl Foot {
         (reached, self.radius * radius / under.uniform.max(1e-6))
     }
 
-    /// Where the load acts that is brought to `centre` as far as can be (plane frame at the start), and where the foot presses:
-    /// points about that, m, with their shares. Its torsional radius tells how far out; nothing where no shape is known.
-    pub fn points_at(&self, centre: &Point2<f64>) -> Option<Pressed> {
+    /// How it presses where its torsional radius says how far out; nothing where no shape is known.
+    pub fn pressing(&self) -> Option<Pressing> {
         let under = self.under.as_ref()?;
         let times = self.radius / under.uniform.max(1e-6);
         let points = under.spread(times);
         let area: f64 = points.iter().map(|p| p.1).sum();
         let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
-        let (reached, slope) = slope_towards(&points, &middle, centre);
-        let pressed = pressed_points(&points, &middle, &slope);
-        let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
-        let drawn = times.min(1.0);
-        let about = pressed.into_iter().map(|(p, _, f)| ((p - reached) * drawn, f / load));
-        Some(Pressed {
-            centre: reached,
-            points: gathered(&about.collect::<Vec<_>>(), CELLS),
+        Some(Pressing {
+            points,
+            middle,
+            drawn: times.min(1.0),
+            last: None,
         })
     }
 }
 
-/// Cells, per side, that the points of a foot are gathered into.
+/// How a foot presses, wherever its load acts.
+#[derive(Clone, Debug)]
+pub struct Pressing {
+    points: Vec<(Point2<f64>, f64)>,
+    middle: Point2<f64>,
+    drawn: f64,
+    /// Where the load was wanted last, the slope that brought it there, and what pressed then.
+    last: Option<(Point2<f64>, Vector2<f64>, Pressed)>,
+}
+
+impl Pressing {
+    /// Where the load acts that is brought to `centre` as far as can be (plane frame at the start), and where the foot presses:
+    /// points about that, m, with their shares.
+    pub fn at(&mut self, centre: &Point2<f64>) -> Option<&Pressed> {
+        if self.last.as_ref().is_none_or(|l| (l.0 - centre).norm() > 0.1 * NEAR) {
+            // Near what was reached before a step or two lead on; what cannot be reached is sought anew.
+            let near = self.last.take().filter(|l| (l.0 - l.2.centre).norm() < NEAR);
+            let from = near.map_or_else(Vector2::zeros, |l| l.1);
+            let (reached, slope) = slope_towards(&self.points, &self.middle, centre, from);
+            let pressed = pressed_points(&self.points, &self.middle, &slope);
+            let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
+            let about = pressed
+                .into_iter()
+                .map(|(p, _, f)| ((p - reached) * self.drawn, f / load));
+            let points = about.collect();
+            self.last = Some((
+                *centre,
+                slope,
+                Pressed {
+                    centre: reached,
+                    points,
+                },
+            ));
+        }
+        self.last.as_ref().map(|l| &l.2)
+    }
+}
+
+/// Cells, per side, that the points of a foot are gathered into, and those at its corners.
 const CELLS: usize = 6;
+const CELLS_CORNERS: usize = 4;
+/// A load this near to where it is wanted is there, m.
+const NEAR: f64 = 1e-5;
 
 /// The centre of pressure that a footprint can reach towards `wanted`, and the mean distance of the pressure from it.
 fn press(points: &[(Point2<f64>, f64)], wanted: &Point2<f64>) -> (Point2<f64>, f64) {
     let area: f64 = points.iter().map(|p| p.1).sum();
     let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
-    let (reached, slope) = slope_towards(points, &middle, wanted);
+    let (reached, slope) = slope_towards(points, &middle, wanted, Vector2::zeros());
     let pressed = pressed_points(points, &middle, &slope);
     let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
     let radius = pressed.iter().map(|(p, _, f)| f * (p - reached).norm()).sum::<f64>() / load;
     (reached, radius)
 }
 
-/// The slope of a linear pressure about `middle` that brings its centre as near to `wanted` as can be, and that centre.
+/// The slope of a linear pressure about `middle` that brings its centre as near to `wanted` as can be, sought from one that is
+/// near, and that centre.
 fn slope_towards(
     points: &[(Point2<f64>, f64)],
     middle: &Point2<f64>,
     wanted: &Point2<f64>,
+    from: Vector2<f64>,
 ) -> (Point2<f64>, Vector2<f64>) {
-    let (mut slope, mut best) = (Vector2::zeros(), (*middle, Vector2::zeros()));
+    let (mut slope, mut best) = (from, (*middle, Vector2::zeros()));
     // Newton on the slope: where pressure is clipped at zero only the pressed part answers to it.
     for _ in 0..20 {
         let pressed = pressed_points(points, middle, &slope);
@@ -119,7 +168,7 @@ fn slope_towards(
         let reached = Point2::from(pressed.iter().map(|(p, _, f)| p.coords * *f).sum::<Vector2<f64>>() / load);
         best = (reached, slope);
         let missing = wanted - reached;
-        if missing.norm() < 1e-5 {
+        if missing.norm() < NEAR {
             break;
         }
         let answer = pressed
@@ -150,59 +199,44 @@ fn limited(step: Vector2<f64>, most: f64) -> Vector2<f64> {
     step * (most / step.norm().max(most))
 }
 
-/// What a link's friction is known to be; nothing where it does not rub on the table.
-pub fn foot(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Option<Foot> {
-    let force = link.friction_force.kinetic.as_ref()?.value;
-    let com = link.com.as_ref().map(|c| nalgebra::Point3::from(c.value));
-    let under = mesh.and_then(|m| underside(m, pose));
-    let centre = com
-        .map(|c| (pose * c).xy())
-        .or_else(|| under.as_ref().map(|u| u.area_centroid().1))
-        .unwrap_or_else(|| Point2::from(pose.translation.vector.xy()));
-    let radius = link
-        .friction
-        .torsional_radius
-        .as_ref()
-        .map(|c| c.value)
-        .or_else(|| under.as_ref().map(|u| u.mean_distance(&centre)))
-        .unwrap_or(0.02);
-    Some(Foot {
-        force,
-        radius,
-        centre,
-        creep: link.friction.creep_speed.as_ref().map_or(0.0, |v| v.value),
-        mass: link.mass.as_ref().map(|m| m.value),
-        ground: mesh.map_or(pose.translation.vector.z, |m| lowest(m, pose)),
-        under: under.map(|u| Under::of(&u, &centre)),
-    })
+/// What a link stands on at the start of an action: all of its foot that does not change while numbers are tried.
+#[derive(Clone, Debug)]
+pub(super) struct Stand {
+    /// Centre of mass as known, else of the underside, plane frame at the start.
+    pub centre: Point2<f64>,
+    ground: f64,
+    under: Option<Arc<Under>>,
 }
 
-/// Height above the lower of two that are glued from which the upper one bears on nothing, m.
-const CLEAR: f64 = 5e-3;
-
-/// Of two that are held to each other the lower one bears what was given to the upper one, where that is clear of the support.
-pub fn on_the_lower(a: Option<Foot>, b: Option<Foot>) -> (Option<Foot>, Option<Foot>) {
-    let (mut a, mut b) = match (a, b) {
-        (Some(a), Some(b)) if (a.ground - b.ground).abs() >= CLEAR => (a, b),
-        other => return other,
-    };
-    let force = a.force + b.force;
-    let mass = a.mass.zip(b.mass).map(|(a, b)| a + b);
-    let lower = if a.ground < b.ground { &mut a } else { &mut b };
-    (lower.force, lower.mass) = (force, mass);
-    if a.ground < b.ground {
-        (Some(a), None)
-    } else {
-        (None, Some(b))
+impl Stand {
+    pub(super) fn of(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Self {
+        let print = mesh.and_then(|m| underside(m, pose));
+        let known = link.com.as_ref().map(|c| (pose * nalgebra::Point3::from(c.value)).xy());
+        let centre = known
+            .or_else(|| print.as_ref().map(|u| u.area_centroid().1))
+            .unwrap_or_else(|| Point2::from(pose.translation.vector.xy()));
+        Self {
+            centre,
+            ground: mesh.map_or(pose.translation.vector.z, |m| lowest(m, pose)),
+            under: print.map(|u| Arc::new(Under::of(&u, &centre))),
+        }
     }
-}
 
-/// The centre of mass of a link in the plane, as known, else of its underside.
-pub fn centre_of(link: &Link, mesh: Option<&Mesh>, pose: &Isometry3<f64>) -> Point2<f64> {
-    let known = link.com.as_ref().map(|c| (pose * nalgebra::Point3::from(c.value)).xy());
-    known
-        .or_else(|| Some(underside(mesh?, pose)?.area_centroid().1))
-        .unwrap_or_else(|| Point2::from(pose.translation.vector.xy()))
+    /// What the link's friction is known to be; nothing where it does not rub on the table.
+    pub(super) fn foot(&self, link: &Link) -> Option<Foot> {
+        let force = link.friction_force.kinetic.as_ref()?.value;
+        let known = link.friction.torsional_radius.as_ref().map(|c| c.value);
+        let radius = known.or_else(|| self.under.as_ref().map(|u| u.uniform)).unwrap_or(0.02);
+        Some(Foot {
+            force,
+            radius,
+            centre: self.centre,
+            creep: link.friction.creep_speed.as_ref().map_or(0.0, |v| v.value),
+            mass: link.mass.as_ref().map(|m| m.value),
+            ground: self.ground,
+            under: self.under.clone(),
+        })
+    }
 }
 
 /// What rides on a link presses it down: its friction is that of both.
@@ -274,7 +308,7 @@ pub fn pressed_underside(mesh: &Mesh, pose: &Isometry3<f64>, centre: &Point2<f64
     let points = underside(mesh, pose)?.quadrature();
     let area: f64 = points.iter().map(|p| p.1).sum();
     let middle = Point2::from(points.iter().map(|(p, w)| p.coords * *w).sum::<Vector2<f64>>() / area);
-    let (reached, slope) = slope_towards(&points, &middle, centre);
+    let (reached, slope) = slope_towards(&points, &middle, centre, Vector2::zeros());
     let pressed = pressed_points(&points, &middle, &slope);
     let load: f64 = pressed.iter().map(|p| p.2).sum::<f64>().max(1e-12);
     let about = pressed.into_iter().map(|(p, _, f)| (p - reached, f / load));
@@ -317,7 +351,7 @@ mod tests {
             creep: 0.0,
             mass: None,
             ground: 0.0,
-            under: Some(Under::of(&under, &Point2::origin())),
+            under: Some(Arc::new(Under::of(&under, &Point2::origin()))),
         };
         let (still, radius) = foot.pressed_at(&Point2::origin());
         assert!(
@@ -332,26 +366,5 @@ mod tests {
             );
             assert!(narrowed < radius, "{narrowed}");
         }
-    }
-    #[test]
-    fn of_two_that_are_glued_the_lower_one_bears_both() {
-        let of = |force: f64, mass: Option<f64>, ground: f64| Foot {
-            force,
-            radius: 0.04,
-            centre: Point2::origin(),
-            creep: 0.0,
-            mass,
-            ground,
-            under: None,
-        };
-        let (low, top) = (of(1.2, Some(0.5), 0.0), of(0.8, Some(0.3), 0.06));
-        let (upper, lower) = on_the_lower(Some(top.clone()), Some(low.clone()));
-        let lower = lower.expect("a foot");
-        assert!(upper.is_none());
-        assert!((lower.force - 2.0).abs() < 1e-12 && (lower.mass.expect("both are known") - 0.8).abs() < 1e-12);
-        // Side by side each stands on its own foot; and a foot alone stays as it is.
-        let (a, b) = on_the_lower(Some(low.clone()), Some(of(0.8, None, 0.001)));
-        assert!(a.is_some_and(|f| f.force == 1.2) && b.is_some_and(|f| f.force == 0.8));
-        assert!(matches!(on_the_lower(Some(top), None), (Some(f), None) if f.force == 0.8));
     }
 }

@@ -2,15 +2,17 @@
 //! or slide along the table. Everything is in the plane frame (z along the support's normal), at the start.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Isometry2, Isometry3, Matrix2xX, Point2, UnitQuaternion, Vector2, Vector3};
 
 use super::Footprint;
-use super::foot::{Foot, centre_of, foot, loaded, on_the_lower};
+use super::Stance;
+use super::foot::{Foot, Pressed, Pressing, loaded};
 use super::quasistatic::Dissipator;
+use super::stance::{Placed, on_the_lower};
 use crate::base::{Estimate, Pose};
-use crate::geometry::Mesh;
-use crate::twin::{Body, Joint, JointKind, Model};
+use crate::twin::{Body, Joint, JointKind, Link, Model};
 
 #[derive(Clone, Debug)]
 enum Freedom {
@@ -38,9 +40,6 @@ struct PlaneJoint {
     stopped: bool,
 }
 
-/// Points that press, with their shares of the load.
-type Pressing = Vec<(Vector2<f64>, f64)>;
-
 /// What holds a joint at the end of its range, N or N·m.
 const STOP: f64 = 1e4;
 
@@ -49,11 +48,13 @@ struct PlaneLink {
     name: String,
     start: Isometry3<f64>,
     foot: Option<Foot>,
+    /// How the foot of a thing of links presses.
+    pressing: Option<Pressing>,
     /// What hangs on this link without a foot of its own: its index and share of the load.
     hanging: Vec<(usize, f64)>,
     /// Centre of mass, plane frame at the start.
     centre: Point2<f64>,
-    outline: Option<Footprint>,
+    outline: Option<Arc<Footprint>>,
     moved: Isometry2<f64>,
     /// How far a force above the support has tipped the load ahead, plane frame, m.
     ahead: Vector2<f64>,
@@ -80,29 +81,37 @@ impl Linkage {
         normal: &Vector3<f64>,
         height: f64,
     ) -> Option<Self> {
-        let plane_from_world = UnitQuaternion::rotation_between(normal, &Vector3::z())?;
+        Self::on(&Stance::of(model, body, start, normal, height)?, model, body, start)
+    }
+
+    /// The same of a body whose stance is known.
+    pub fn on(stance: &Stance, model: &Model, body: &Body, start: &BTreeMap<String, Pose>) -> Option<Self> {
+        let plane_from_world = stance.plane_from_world;
         let turn = Isometry3::from_parts(nalgebra::Translation3::identity(), plane_from_world);
-        let mut links = Vec::new();
-        for link in &body.links {
-            let pose = turn * start.get(&link.name)?.0;
-            let mesh = link.mesh.as_ref().and_then(|m| model.meshes.get(m));
-            links.push(PlaneLink {
-                name: link.name.clone(),
-                start: pose,
-                foot: foot(link, mesh, &pose).map(|f| loaded(f, model, link)),
-                hanging: Vec::new(),
-                centre: centre_of(link, mesh, &pose),
-                outline: mesh.and_then(|m| slice(m, &pose, height)),
-                moved: Isometry2::identity(),
-                ahead: Vector2::zeros(),
-            });
-        }
+        let placed = |(link, at): (&Link, &Placed)| PlaneLink {
+            name: link.name.clone(),
+            start: at.pose,
+            foot: at.stand.foot(link).map(|f| loaded(f, model, link)),
+            pressing: None,
+            hanging: Vec::new(),
+            centre: at.stand.centre,
+            outline: at.outline.clone(),
+            moved: Isometry2::identity(),
+            ahead: Vector2::zeros(),
+        };
+        let mut links: Vec<PlaneLink> = body.links.iter().zip(&stance.links).map(placed).collect();
         let mut joints = Vec::new();
         for joint in &body.joints {
             joints.push(plane_joint(joint, body, start, &turn)?);
         }
         stand_on_the_lowest(&mut links, &joints);
         hang(&mut links, &joints, body);
+        // The links turn against each other with less than an ellipsoid through sliding and turning tells.
+        if !joints.is_empty() {
+            links
+                .iter_mut()
+                .for_each(|l| l.pressing = l.foot.as_ref().and_then(Foot::pressing));
+        }
         let anchored = body.links.first().is_some_and(|l| l.name == "world");
         let rubs = links.iter().any(|l| l.foot.is_some()) || anchored;
         rubs.then_some(Self {
@@ -118,11 +127,6 @@ impl Linkage {
         self.links.iter().position(|l| l.name == name)
     }
 
-    /// A world point in the plane frame.
-    pub fn flatten(&self, point: &nalgebra::Point3<f64>) -> Point2<f64> {
-        (self.plane_from_world * point).xy()
-    }
-
     /// A planar force as a world vector.
     pub fn lift_vector(&self, v: &Vector2<f64>) -> Vector3<f64> {
         self.plane_from_world.inverse() * Vector3::new(v.x, v.y, 0.0)
@@ -130,7 +134,7 @@ impl Linkage {
 
     /// The outline of link `i` at the tool's height and how far it has moved.
     pub fn outline(&self, i: usize) -> Option<(&Footprint, &Isometry2<f64>)> {
-        self.links[i].outline.as_ref().map(|o| (o, &self.links[i].moved))
+        self.links[i].outline.as_deref().map(|o| (o, &self.links[i].moved))
     }
 
     /// How far link `i` has moved.
@@ -138,8 +142,13 @@ impl Linkage {
         &self.links[i].moved
     }
 
-    /// Names and world poses of all links.
-    pub fn poses(&self) -> Vec<(&str, Pose)> {
+    /// Names of all links.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.links.iter().map(|l| l.name.as_str())
+    }
+
+    /// World poses of all links.
+    pub fn poses(&self) -> Vec<Pose> {
         let back = Isometry3::from_parts(nalgebra::Translation3::identity(), self.plane_from_world.inverse());
         let of = |l: &PlaneLink| {
             let t = l.moved.translation.vector;
@@ -147,7 +156,7 @@ impl Linkage {
             let moved = Isometry3::from_parts(nalgebra::Translation3::new(t.x, t.y, 0.0), turn);
             Pose(back * moved * l.start)
         };
-        self.links.iter().map(|l| (l.name.as_str(), of(l))).collect()
+        self.links.iter().map(of).collect()
     }
 
     fn freedoms(&self) -> usize {
@@ -186,16 +195,18 @@ impl Linkage {
     }
 
     /// Everything that rubs, for the present configuration.
-    pub fn dissipators(&self) -> Vec<Dissipator> {
+    pub fn dissipators(&mut self) -> Vec<Dissipator> {
         let n = self.freedoms();
         let mut all = Vec::new();
-        for (i, link) in self.links.iter().enumerate() {
-            if let Some(foot) = &link.foot {
-                let (centre, radius, points) = self.pressed(link, foot);
-                let (linear, angular) = self.jacobian(i, &link.moved.transform_point(&centre));
-                let mut rows = DMatrix::zeros(3, n);
-                rows.rows_mut(0, 2).copy_from(&linear);
-                rows.row_mut(2).copy_from(&(angular.transpose() * radius));
+        for i in 0..self.links.len() {
+            let Some((radius, Pressed { centre, points })) = self.pressed(i) else {
+                continue;
+            };
+            let (linear, angular) = self.jacobian(i, &self.links[i].moved.transform_point(&centre));
+            let mut rows = DMatrix::zeros(3, n);
+            rows.rows_mut(0, 2).copy_from(&linear);
+            rows.row_mut(2).copy_from(&(angular.transpose() * radius));
+            if let Some(foot) = &self.links[i].foot {
                 all.push(Dissipator {
                     rows,
                     points,
@@ -221,22 +232,21 @@ impl Linkage {
         all
     }
 
-    /// Where the load of a foot acts, plane frame at the start, its torsional radius and, of a thing of links, the points that
-    /// press, as they lie now: the links turn against each other with less than an ellipsoid through sliding and turning tells.
-    fn pressed(&self, link: &PlaneLink, foot: &Foot) -> (Point2<f64>, f64, Pressing) {
-        let centre = self.load_of(link, foot);
-        if !self.joints.is_empty()
-            && let Some(pressed) = foot.points_at(&centre)
-        {
+    /// The torsional radius of a foot, where its load acts, plane frame at the start, and, of a thing of links, the points that
+    /// press, as they lie now.
+    fn pressed(&mut self, i: usize) -> Option<(f64, Pressed)> {
+        let foot = self.links[i].foot.as_ref()?;
+        let centre = self.load_of(&self.links[i], foot);
+        let (radius, hangs) = (foot.radius, !self.links[i].hanging.is_empty());
+        let link = &mut self.links[i];
+        if let Some(pressed) = link.pressing.as_mut().and_then(|p| p.at(&centre)) {
             let turn = |(p, share): &(Vector2<f64>, f64)| (link.moved.rotation * p, *share);
-            return (pressed.centre, 1.0, pressed.points.iter().map(turn).collect());
+            let points = pressed.points.iter().map(turn).collect();
+            return Some((1.0, Pressed { points, ..*pressed }));
         }
-        let (centre, radius) = if link.hanging.is_empty() {
-            (centre, foot.radius)
-        } else {
-            foot.pressed_at(&centre)
-        };
-        (centre, radius, Vec::new())
+        let reached = link.foot.as_ref().filter(|_| hangs).map(|f| f.pressed_at(&centre));
+        let ((centre, radius), points) = (reached.unwrap_or((centre, radius)), Vec::new());
+        Some((radius, Pressed { centre, points }))
     }
 
     /// Where a link is loaded, plane frame at the start: what hangs on it pulls the load to its side, wherever its joint has
@@ -314,12 +324,6 @@ impl Linkage {
             self.links[joint.child].moved = self.links[joint.parent].moved * relative;
         }
     }
-}
-
-/// The hull of the cut at `height`.
-fn slice(mesh: &Mesh, pose: &Isometry3<f64>, height: f64) -> Option<Footprint> {
-    let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
-    Footprint::section(&points, &mesh.triangles, height)
 }
 
 /// Of two that are glued the upper one does not rub on the support: what was given to it presses the lower one.

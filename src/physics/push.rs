@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2, Vector3};
 
 use super::foot::riders;
-use super::{Action, Contact, Hold, Linkage, Prediction, solve_contact};
+use super::{Action, Contact, Course, Hold, Linkage, Prediction, Stance, solve_contact_on};
 use crate::base::Pose;
 use crate::twin::Model;
 
@@ -31,34 +31,75 @@ pub fn predict_push(model: &Model, action: &Action, gap: f64) -> Option<PushPred
 
 /// The same, each step along the smoothed path in so many equal parts: what that changes is the solver's own error.
 fn predict_in_parts(model: &Model, action: &Action, gap: f64, parts: usize) -> Option<PushPrediction> {
-    let body = model.twin.body_of(&action.target)?;
-    let normal = action.normal.into_inner();
-    let height = action.tool.position.first().map(|p| p.coords.dot(&normal))?;
-    let mut linkage = Linkage::new(model, body, &action.start, &normal, height)?;
-    let target = linkage.index(&action.target)?;
-    let carried = carried(model, action, target, &linkage);
-    let path = divided(smooth_path(action, &linkage), parts);
-    let hand = Hand::new(action, &linkage, target, &path, gap, friction_of(model, action))?;
-    let upright = action.tool.hold == Hold::Grip;
-    let mut out = PushPrediction::default();
-    for i in 0..path.len() {
-        let force = if i == 0 {
-            None
-        } else {
-            hand.step(&mut linkage, &path[i - 1], &path[i])
-        };
-        if let Some(force) = force.filter(|_| !upright) {
-            linkage.tip(target, &force, height, action.gravity);
-        }
-        record(&mut out, &linkage, path[i].0, force);
+    let mut play = Play::new(model, action, 1)?;
+    play.path = divided(play.path, parts);
+    play.with(model, gap)
+}
+
+/// A push or a pull that is played again and again with other numbers of the same twin: where all stands and the tool's way are
+/// looked up once.
+#[derive(Clone, Debug)]
+pub struct Play {
+    action: Action,
+    stance: Stance,
+    height: f64,
+    path: Vec<(f64, Point2<f64>)>,
+}
+
+impl Play {
+    /// Of a model with its meshes; of the steps only every so many, which is coarser and as many times cheaper. Nothing where a
+    /// link has no pose or no body is touched.
+    pub fn new(model: &Model, action: &Action, every: usize) -> Option<Self> {
+        let body = model.twin.body_of(&action.target)?;
+        let normal = action.normal.into_inner();
+        let height = action.tool.position.first().map(|p| p.coords.dot(&normal))?;
+        let stance = Stance::of(model, body, &action.start, &normal, height)?;
+        let path = smooth_path(action, &stance);
+        Some(Self {
+            action: action.clone(),
+            stance,
+            height,
+            path: path.into_iter().step_by(every.max(1)).collect(),
+        })
     }
-    carry(&mut out, &action.target, &carried);
-    Some(out)
+
+    /// What was done.
+    pub fn action(&self) -> &Action {
+        &self.action
+    }
+
+    /// What the sensors would see with the numbers of `model`, whose links, joints and places are those that it was made of (its
+    /// meshes are not asked for); nothing where the twin does not know enough. `gap` as of [`predict_push`].
+    pub fn with(&self, model: &Model, gap: f64) -> Option<PushPrediction> {
+        let action = &self.action;
+        let body = model.twin.body_of(&action.target)?;
+        let mut linkage = Linkage::on(&self.stance, model, body, &action.start)?;
+        let target = linkage.index(&action.target)?;
+        let carried = carried(model, action, target, &linkage);
+        let hand = Hand::new(action, &linkage, target, &self.path, gap, friction_of(model, action))?;
+        let upright = action.tool.hold == Hold::Grip;
+        let mut course = Course::default();
+        let mut record = Record::of(&linkage, self.path.len());
+        for i in 0..self.path.len() {
+            let force = if i == 0 {
+                None
+            } else {
+                hand.step(&mut linkage, &mut course, &self.path[i - 1], &self.path[i])
+            };
+            if let Some(force) = force.filter(|_| !upright) {
+                linkage.tip(target, &force, self.height, action.gravity);
+            }
+            record.add(&linkage, self.path[i].0, force);
+        }
+        let mut out = record.finished(&linkage);
+        carry(&mut out, &action.target, &carried);
+        Some(out)
+    }
 }
 
 /// What rides on the target, with its pose in the target's frame at the start.
 fn carried(model: &Model, action: &Action, target: usize, linkage: &Linkage) -> Vec<(String, Pose)> {
-    let base = linkage.poses()[target].1;
+    let base = linkage.poses()[target];
     let of = |name: String| Some((name.clone(), base.inverse() * *action.start.get(&name)?));
     riders(model, &action.target).into_iter().filter_map(of).collect()
 }
@@ -85,25 +126,46 @@ fn friction_of(model: &Model, action: &Action) -> f64 {
     measured.unwrap_or(0.4)
 }
 
-fn record(out: &mut PushPrediction, linkage: &Linkage, time: f64, force: Option<Vector2<f64>>) {
-    out.prediction.time.push(time);
-    let world = force.map_or_else(Vector3::zeros, |f| linkage.lift_vector(&f));
-    out.prediction.force.push(world);
-    for (name, pose) in linkage.poses() {
-        out.prediction.poses.entry(name.to_owned()).or_default().push(pose);
-    }
-    if force.is_some() {
-        match out.contact.last_mut() {
-            Some((_, end)) if time - *end < 3.0 * STEP => *end = time,
-            _ => out.contact.push((time, time)),
+/// What was played so far.
+struct Record {
+    out: PushPrediction,
+    poses: Vec<Vec<Pose>>,
+}
+
+impl Record {
+    fn of(linkage: &Linkage, steps: usize) -> Self {
+        Self {
+            out: PushPrediction::default(),
+            poses: vec![Vec::with_capacity(steps); linkage.names().count()],
         }
+    }
+
+    fn add(&mut self, linkage: &Linkage, time: f64, force: Option<Vector2<f64>>) {
+        self.out.prediction.time.push(time);
+        let world = force.map_or_else(Vector3::zeros, |f| linkage.lift_vector(&f));
+        self.out.prediction.force.push(world);
+        for (poses, pose) in self.poses.iter_mut().zip(linkage.poses()) {
+            poses.push(pose);
+        }
+        if force.is_some() {
+            match self.out.contact.last_mut() {
+                Some((_, end)) if time - *end < 3.0 * STEP => *end = time,
+                _ => self.out.contact.push((time, time)),
+            }
+        }
+    }
+
+    fn finished(mut self, linkage: &Linkage) -> PushPrediction {
+        let named = linkage.names().map(str::to_owned).zip(self.poses);
+        self.out.prediction.poses = named.collect();
+        self.out
     }
 }
 
 /// The tool's way in the plane, one point a step, averaged over four steps against encoder noise.
-fn smooth_path(action: &Action, linkage: &Linkage) -> Vec<(f64, Point2<f64>)> {
+fn smooth_path(action: &Action, stance: &Stance) -> Vec<(f64, Point2<f64>)> {
     let time = &action.tool.time;
-    let flat: Vec<Point2<f64>> = action.tool.position.iter().map(|p| linkage.flatten(p)).collect();
+    let flat: Vec<Point2<f64>> = action.tool.position.iter().map(|p| stance.flatten(p)).collect();
     let (Some(first), Some(last)) = (time.first(), time.last()) else {
         return Vec::new();
     };
@@ -181,7 +243,13 @@ impl Hand {
     }
 
     /// Moves the tool from one point of its way to the next; the force on the body, where it touches.
-    fn step(&self, linkage: &mut Linkage, from: &(f64, Point2<f64>), to: &(f64, Point2<f64>)) -> Option<Vector2<f64>> {
+    fn step(
+        &self,
+        linkage: &mut Linkage,
+        course: &mut Course,
+        from: &(f64, Point2<f64>),
+        to: &(f64, Point2<f64>),
+    ) -> Option<Vector2<f64>> {
         let dt = to.0 - from.0;
         let tool_velocity = (to.1 - from.1) / dt;
         let contact = match self.held {
@@ -189,9 +257,9 @@ impl Hand {
             None => self.touching(linkage, &to.1, tool_velocity, dt)?,
         };
         linkage.loosen();
-        let mut solved = solve_contact(&linkage.dissipators(), &contact)?;
+        let mut solved = solve_contact_on(course, &linkage.dissipators(), &contact)?;
         if linkage.stops(&solved.velocity, dt) {
-            solved = solve_contact(&linkage.dissipators(), &contact)?;
+            solved = solve_contact_on(course, &linkage.dissipators(), &contact)?;
         }
         linkage.advance(&solved.velocity, dt);
         Some(solved.force)

@@ -6,9 +6,9 @@
 //! Ruina and Papadopoulos 1991), and, for every joint, its Coulomb friction. Each is of degree zero in the
 //! speed, so the weights are found by iteration; for one body that does not turn the first pass is already exact.
 
-use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2xX, Vector2};
 
-use super::{Between, SHORTFALL};
+use super::equilibrium::{Mode, balanced};
 
 /// A dissipating element: `force * |rows q'|` with a metric on up to three rows.
 #[derive(Clone, Debug)]
@@ -53,23 +53,26 @@ pub struct ContactSolution {
     pub force: Vector2<f64>,
 }
 
-/// Speeds below this count as stuck, m/s or rad/s.
-const STUCK: f64 = 1e-6;
-const PASSES: usize = 40;
-/// The same where a foot presses at points: one of them may be what all turns about.
-const PASSES_POINTS: usize = 100;
-/// Velocities this near are one, a share.
-const NEAR: f64 = 1e-6;
-/// Rows of what a foot resists: two of sliding, one of turning.
-const FOOT: usize = 3;
+/// Velocities that balanced a moment ago: friction changes little from one step of a path to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Course {
+    sticking: Option<DVector<f64>>,
+    sliding: Option<DVector<f64>>,
+}
 
 /// The generalised velocity and the contact force; nothing where the tool moves away.
 pub fn solve_contact(dissipators: &[Dissipator], contact: &Contact) -> Option<ContactSolution> {
+    solve_contact_on(&mut Course::default(), dissipators, contact)
+}
+
+/// The same on a path, from what balanced in its last step.
+pub fn solve_contact_on(course: &mut Course, dissipators: &[Dissipator], contact: &Contact) -> Option<ContactSolution> {
     let closing = contact.inward.dot(&contact.tool_velocity);
     if !contact.bilateral && closing <= 0.0 {
         return None;
     }
-    let stuck = solve(dissipators, contact, Mode::Stick);
+    let stuck = balanced(dissipators, contact, Mode::Stick, course.sticking.as_ref());
+    course.sticking = Some(stuck.velocity.clone());
     let tangent = Vector2::new(-contact.inward.y, contact.inward.x);
     let normal_force = stuck.force.dot(&contact.inward);
     let tangent_force = stuck.force.dot(&tangent);
@@ -77,124 +80,16 @@ pub fn solve_contact(dissipators: &[Dissipator], contact: &Contact) -> Option<Co
         return Some(stuck);
     }
     let push = contact.inward + tangent * (contact.friction * tangent_force.signum());
-    Some(solve(dissipators, contact, Mode::Slide(push)))
-}
-
-#[derive(Clone, Copy)]
-enum Mode {
-    /// The material point moves with the tool.
-    Stick,
-    /// The force has this direction; only the normal speeds agree.
-    Slide(Vector2<f64>),
-}
-
-impl Dissipator {
-    fn least(&self) -> f64 {
-        self.creep.max(STUCK)
-    }
-
-    /// What it resists per generalised speed, at this slip.
-    fn weight(&self, slip: &DVector<f64>) -> DMatrix<f64> {
-        if !self.points.is_empty() {
-            return self.rows.transpose() * self.over_points(slip) * &self.rows;
-        }
-        let speed = slip.norm().max(self.least());
-        let mut weighed = self.rows.clone();
-        if weighed.nrows() == FOOT {
-            let between = Between::at((slip[2] / speed).powi(2), SHORTFALL.0);
-            weighed.rows_mut(0, 2).scale_mut(between.force);
-            weighed.row_mut(2).scale_mut(between.moment);
-        }
-        self.rows.transpose() * weighed * (self.force / speed + self.damping)
-    }
-
-    /// The same of a foot with points, per velocity of their middle and spin.
-    fn over_points(&self, slip: &DVector<f64>) -> Matrix3<f64> {
-        let mut sum = Matrix3::zeros();
-        for (at, share) in &self.points {
-            let velocity = Vector2::new(slip[0] - slip[2] * at.y, slip[1] + slip[2] * at.x);
-            let per = share * self.force / velocity.norm().max(self.least());
-            sum += Matrix3::new(
-                per,
-                0.0,
-                -per * at.y,
-                0.0,
-                per,
-                per * at.x,
-                -per * at.y,
-                per * at.x,
-                per * at.norm_squared(),
-            );
-        }
-        sum
-    }
-}
-
-fn solve(dissipators: &[Dissipator], contact: &Contact, mode: Mode) -> ContactSolution {
-    let n = contact.jacobian.ncols();
-    let mut velocity = DVector::from_element(n, 0.0);
-    // At first all slide as fast as the tool, none turns.
-    let mut slips: Vec<DVector<f64>> = dissipators
-        .iter()
-        .map(|e| {
-            let mut slip = DVector::zeros(e.rows.nrows());
-            slip[0] = contact.tool_velocity.norm().max(e.least());
-            slip
-        })
-        .collect();
-    let mut force = Vector2::zeros();
-    let pull = dissipators.iter().filter(|e| e.pull != 0.0);
-    let pull = pull.fold(DVector::zeros(n), |sum: DVector<f64>, e| {
-        sum + e.rows.row(0).transpose() * e.pull
-    });
-    let points = dissipators.iter().any(|e| !e.points.is_empty());
-    for _ in 0..if points { PASSES_POINTS } else { PASSES } {
-        let mut weight = DMatrix::from_diagonal_element(n, n, 1e-9);
-        for (element, slip) in dissipators.iter().zip(&slips) {
-            weight += element.weight(slip);
-        }
-        let Some(inverse) = weight.try_inverse() else { break };
-        let before = velocity.clone();
-        (velocity, force) = balance(&inverse, &pull, contact, mode);
-        for (element, slip) in dissipators.iter().zip(&mut slips) {
-            *slip = &element.rows * &velocity;
-        }
-        if (&velocity - before).norm() <= NEAR * velocity.norm() {
-            break;
-        }
-    }
-    ContactSolution { velocity, force }
-}
-
-/// One linear balance with fixed weights: `q' = W^-1 (J' f - pull)` with the contact's speeds met.
-fn balance(inverse: &DMatrix<f64>, pull: &DVector<f64>, contact: &Contact, mode: Mode) -> (DVector<f64>, Vector2<f64>) {
-    let jacobian = &contact.jacobian;
-    let mobility = jacobian * inverse * jacobian.transpose();
-    // How the contact would move if the tool were not there.
-    let slack = inverse * pull;
-    let back = jacobian * &slack;
-    let wanted = contact.tool_velocity + Vector2::new(back[0], back[1]);
-    let force = match mode {
-        // A direction in which the body cannot go takes no part: what the tool meets there is not friction.
-        Mode::Stick => {
-            let square = nalgebra::Matrix2::new(mobility[(0, 0)], mobility[(0, 1)], mobility[(1, 0)], mobility[(1, 1)]);
-            let smallest = 1e-6 * square.trace();
-            let inverse = square.pseudo_inverse(smallest.max(f64::MIN_POSITIVE));
-            inverse.map_or_else(|_| Vector2::zeros(), |inverse| inverse * wanted)
-        }
-        Mode::Slide(push) => {
-            let along = contact
-                .inward
-                .dot(&Vector2::from_column_slice((mobility * push).as_slice()));
-            push * (contact.inward.dot(&wanted) / along.max(1e-12))
-        }
-    };
-    (inverse * jacobian.transpose() * force - slack, force)
+    let near = course.sliding.as_ref().unwrap_or(&stuck.velocity);
+    let slid = balanced(dissipators, contact, Mode::Slide(push), Some(near));
+    course.sliding = Some(slid.velocity.clone());
+    Some(slid)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::{Between, SHORTFALL};
 
     /// A body at the origin with torsional radius `c`, touched at `(x, y)`.
     fn body(fmax: f64, c: f64, at: Vector2<f64>, inward: Vector2<f64>, friction: f64) -> (Vec<Dissipator>, Contact) {

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::chain_trial::{Trial, misfit, trials_of};
@@ -16,7 +16,7 @@ use super::pool::relative_sd;
 use crate::base::{Estimate, Notices};
 use crate::capture::{Capture, Segmented};
 use crate::geometry::mass_properties;
-use crate::math::{Fit, Loss, Settings, levenberg_marquardt};
+use crate::math::{Fit, Loss, Settings, levenberg_marquardt, levenberg_marquardt_exact};
 use crate::physics::{outermost_torsional_radius, uniform_torsional_radius};
 use crate::twin::{Body, FrictionForce, Joint, JointKind, Link, Model};
 
@@ -41,6 +41,8 @@ const CLEAR: f64 = 10.0;
 const NEAR: f64 = 25.0;
 /// The model of a thing that fits better than it claims to is held to what it shows, but no more than so far.
 const FINEST: f64 = 0.4;
+/// Step of the logarithms by which slopes are taken.
+const STEP: f64 = 0.05;
 /// Misfit in units of what the model may miss, beyond which it is not the model of this body.
 const FAR_OFF: f64 = 3.5;
 
@@ -144,21 +146,17 @@ impl Chain {
             .collect()
     }
 
-    /// Every way, fitted, best first. What fits better than the model claims to is fitted anew as finely as the best of all.
+    /// Every way, fitted, best first: in coarse steps from afar, then in full from there. What fits better than the model claims
+    /// to is fitted as finely as the best of all.
     fn fitted(&self, model: &Model, trials: &[Trial]) -> Vec<Way> {
-        let rough: Vec<Way> = self
-            .ways()
-            .into_iter()
+        let ways = self.ways().into_iter();
+        let rough: Vec<Way> = ways
             .filter_map(|bears| self.fit(bears, model, trials, 1.0, None))
             .collect();
         let best = rough.iter().map(|w| w.scale).fold(f64::INFINITY, f64::min);
         let fine = best.clamp(FINEST, 1.0);
         let finer = |w: &Way| self.fit(w.bears.clone(), model, trials, fine, Some(&w.fit.x));
-        let mut ways: Vec<Way> = if fine < 1.0 {
-            rough.iter().filter_map(finer).collect()
-        } else {
-            rough
-        };
+        let mut ways: Vec<Way> = rough.iter().filter_map(finer).collect();
         // What a child that bears with next to nothing came to is a start for one that hangs.
         for k in 0..ways.len() {
             let Some((bears, x)) = self.hung_instead(&ways[k]) else {
@@ -237,7 +235,8 @@ impl Chain {
         (DVector::from_vec(mean), DVector::from_vec(sd))
     }
 
-    /// One way; `fine` is the share of what the model may miss that it is held to, `from` where to start.
+    /// One way; `fine` is the share of what the model may miss that it is held to, `from` where to start: from nowhere in coarse
+    /// steps.
     fn fit(
         &self,
         bears: Vec<bool>,
@@ -252,7 +251,10 @@ impl Chain {
             let mut trial_model = small.clone();
             self.apply(x, &bears, &mut trial_model);
             let mut out: Vec<f64> = (x - &mean).component_div(&sd).iter().copied().collect();
-            let each: Vec<Vec<f64>> = trials.par_iter().map(|t| misfit(&trial_model, t)).collect();
+            let each: Vec<Vec<f64>> = trials
+                .par_iter()
+                .map(|t| misfit(&trial_model, t, from.is_none()))
+                .collect();
             out.extend(each.into_iter().flatten().map(|r| r / fine));
             DVector::from_vec(out)
         };
@@ -261,16 +263,18 @@ impl Chain {
             iterations: 12,
             tolerance: 1e-3,
         };
-        let starts = from.map_or_else(|| self.starts(&mean), |x| vec![vec![x.clone()]]);
-        let steps = DVector::from_element(mean.len(), 0.05);
-        let fits = starts.into_iter().filter_map(|of_kind| {
-            let nearest = |a: &DVector<f64>, b: &DVector<f64>| residuals(a).norm().total_cmp(&residuals(b).norm());
-            let start = of_kind.into_iter().min_by(nearest)?;
-            levenberg_marquardt(&start, &steps, settings, residuals)
+        let steps = DVector::from_element(mean.len(), STEP);
+        if let Some(from) = from {
+            let fit = levenberg_marquardt(from, &steps, settings, residuals)?;
+            return Some(Way::of(bears, fit));
+        }
+        let fits = self.starts(&mean).into_iter().filter_map(|of_kind| {
+            let sizes = of_kind.into_iter().map(|x| (residuals(&x).norm(), x));
+            let (_, start) = sizes.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            levenberg_marquardt_exact(&start, settings, residuals, |x| forward(x, &residuals))
         });
         let fit = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let scale = (2.0 * fit.cost / fit.residuals.len().max(1) as f64).sqrt();
-        Some(Way { bears, fit, scale })
+        Some(Way::of(bears, fit))
     }
 
     /// A finger that sticks has no slope towards one that slides, a joint that is stuck none towards one that turns; a plate on its
@@ -296,18 +300,14 @@ impl Chain {
         vec![of(0.0), of(0.3)]
     }
 
-    /// A model of this body alone.
+    /// A model of this body alone, without its meshes: the trials know them.
     fn alone(&self, model: &Model) -> Option<Model> {
         let mut twin = model.twin.clone();
         twin.bodies.retain(|b| b.name == self.body);
-        let links = &twin.bodies.first()?.links;
-        let paths = links.iter().filter_map(|l| l.mesh.clone());
-        let meshes = paths
-            .filter_map(|p| Some((p.clone(), model.meshes.get(&p)?.clone())))
-            .collect();
+        twin.bodies.first()?;
         Some(Model {
             twin,
-            meshes,
+            meshes: BTreeMap::new(),
             textures: BTreeMap::new(),
         })
     }
@@ -351,6 +351,25 @@ impl Chain {
             }
         }
     }
+}
+
+impl Way {
+    fn of(bears: Vec<bool>, fit: Fit) -> Self {
+        let scale = (2.0 * fit.cost / fit.residuals.len().max(1) as f64).sqrt();
+        Self { bears, fit, scale }
+    }
+}
+
+/// Slopes of residuals by steps to one side.
+fn forward(x: &DVector<f64>, residuals: &(impl Fn(&DVector<f64>) -> DVector<f64> + Sync)) -> DMatrix<f64> {
+    let here = residuals(x);
+    let column = |j: usize| {
+        let mut there = x.clone();
+        there[j] += STEP;
+        (residuals(&there) - &here) / STEP
+    };
+    let columns: Vec<DVector<f64>> = (0..x.len()).into_par_iter().map(column).collect();
+    DMatrix::from_columns(&columns)
 }
 
 /// Whether a way fits nearly as well as another, to so many nats.

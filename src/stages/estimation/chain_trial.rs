@@ -8,7 +8,7 @@ use super::replay::{gap_at_touch, travel_direction};
 use crate::base::Pose;
 use crate::capture::{Capture, Interaction, Kind, PhaseKind, PoseStream, Segmented};
 use crate::math::interpolate;
-use crate::physics::{Action, predict_push};
+use crate::physics::{Action, Play};
 use crate::twin::{Body, Model};
 
 /// What the model may miss: of a force, as a share and N; of a path, m and rad.
@@ -20,10 +20,15 @@ const SETTLE: f64 = 0.25;
 /// Samples of a path.
 const SAMPLES: usize = 8;
 
+/// How many steps of a replay one coarse step is.
+const COARSE: usize = 3;
+
 /// A recorded push or pull of a jointed body.
 pub(super) struct Trial<'a> {
     pub interaction: &'a Interaction,
     action: Action,
+    /// Played in full, and in coarse steps.
+    plays: [Play; 2],
     gap: f64,
     direction: Vector3<f64>,
     /// Time, force along and across the way, N.
@@ -81,9 +86,11 @@ fn trial<'a>(
             Some((name.clone(), samples))
         })
         .collect();
+    let plays = [Play::new(model, &action, 1)?, Play::new(model, &action, COARSE)?];
     Some(Trial {
         interaction,
         action,
+        plays,
         gap,
         direction,
         force,
@@ -165,10 +172,10 @@ fn samples(
 }
 
 /// Replayed less measured, in units of what the model may miss; samples of one curve go wrong together and count
-/// as a few.
-pub(super) fn misfit(model: &Model, trial: &Trial) -> Vec<f64> {
+/// as a few. `coarse`: in coarse steps.
+pub(super) fn misfit(model: &Model, trial: &Trial, coarse: bool) -> Vec<f64> {
     let rows = 2 * trial.force.len() + 3 * trial.paths.iter().map(|p| p.1.len()).sum::<usize>();
-    let Some(replay) = predict_push(model, &trial.action, trial.gap) else {
+    let Some(replay) = trial.plays[usize::from(coarse)].with(model, trial.gap) else {
         return vec![3.0; rows];
     };
     let time = &replay.prediction.time;

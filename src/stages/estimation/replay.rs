@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::action::{first_rest, rest_pose};
 use crate::capture::{Interaction, PhaseKind, Segmented};
 use crate::math::{interpolate, median};
-use crate::physics::{Action, Hold, Linkage, PushPrediction, predict_push};
+use crate::physics::{Action, Hold, Linkage, PushPrediction, Stance, predict_push};
 use crate::twin::{JointKind, Model};
 
 /// The reconstructed surface may be off by this much, m.
@@ -75,9 +75,10 @@ pub(super) fn gap_at_touch(model: &Model, cut: &Segmented, action: &Action) -> O
     let normal = action.normal.into_inner();
     let height = action.tool.position.first()?.coords.dot(&normal);
     let body = model.twin.body_of(&action.target)?;
-    let linkage = Linkage::new(model, body, &action.start, &normal, height)?;
+    let stance = Stance::of(model, body, &action.start, &normal, height)?;
+    let linkage = Linkage::on(&stance, model, body, &action.start)?;
     let (outline, moved) = linkage.outline(linkage.index(&action.target)?)?;
-    let gap = action.tool.radius - outline.nearest(moved, &linkage.flatten(&tool)).distance;
+    let gap = action.tool.radius - outline.nearest(moved, &stance.flatten(&tool)).distance;
     (gap.abs() < LARGEST_GAP).then_some(gap)
 }
 

@@ -28,11 +28,12 @@ pub struct Foot {
     pub(super) under: Option<Arc<Under>>,
 }
 
-/// A footprint as points with their shares of its area (plane frame at the start), its corners with theirs of all that it
-/// turns there, and the mean distances of both from the centre of friction, m.
+/// A footprint as points with their shares of its area (plane frame at the start), finely and in cells, its corners with theirs
+/// of all that it turns there, and the mean distances of both from the centre of friction, m.
 #[derive(Clone, Debug)]
 pub(super) struct Under {
     points: Vec<(Point2<f64>, f64)>,
+    cells: Vec<(Point2<f64>, f64)>,
     corners: Vec<(Point2<f64>, f64)>,
     uniform: f64,
     outermost: f64,
@@ -44,7 +45,8 @@ impl Under {
         let points = print.quadrature();
         let area: f64 = points.iter().map(|p| p.1).sum();
         Self {
-            points: in_cells(&points, CELLS, area),
+            cells: in_cells(&points, CELLS, area),
+            points,
             uniform: print.mean_distance(centre),
             outermost: corners.iter().map(|(p, share)| share * (p - centre).norm()).sum(),
             corners: in_cells(&corners, CELLS_CORNERS, 1.0),
@@ -56,7 +58,7 @@ impl Under {
     fn spread(&self, times: f64) -> Vec<(Point2<f64>, f64)> {
         let most = self.outermost / self.uniform.max(1e-6);
         let outer = ((times - 1.0) / (most - 1.0).max(1e-3)).clamp(0.0, 1.0);
-        let even = self.points.iter().map(|(p, share)| (*p, (1.0 - outer) * share));
+        let even = self.cells.iter().map(|(p, share)| (*p, (1.0 - outer) * share));
         let corners = self.corners.iter().map(|(p, share)| (*p, outer * share));
         even.chain(corners).filter(|p| p.1 > 0.0).collect()
     }

@@ -35,8 +35,6 @@ const NEAR_LIMIT: f64 = 0.8;
 /// By how much such a mass may be off, as a share.
 const OFF: f64 = 0.5;
 
-/// Largest share of a mass that is loose.
-const MOST_LOOSE: f64 = 0.8;
 /// By how much numbers may be off, as a share, where what acted beside what was named has no name.
 const UNNAMED: f64 = 0.2;
 /// Error of the plain model's ways, m, from which on what they told is in doubt.
@@ -71,7 +69,6 @@ pub(super) fn doubt(model: &mut Model, diagnosis: &Diagnosis) {
         doubt_forces(model, limit.value);
     }
     likely(&WITHOUT_DAMPING).for_each(|f| doubt_damping(model, f));
-    likely(&["loose-mass"]).for_each(|f| doubt_weight(model, f));
     likely(&["contact-point-offset"]).for_each(|f| doubt_centre(model, f));
 }
 
@@ -147,17 +144,14 @@ fn doubt_static(model: &mut Model, cause: &str) {
     }
 }
 
-/// Makes a number one that is told with `doubt` (standard deviation) more, between `ends` at least.
-fn loosen(number: &mut Estimate, doubt: f64, ends: [f64; 2], why: &str) {
+/// Makes a number one that is told with `doubt` (standard deviation) more.
+fn loosen(number: &mut Estimate, doubt: f64, why: &str) {
     let sd = number.sd.unwrap_or(0.0).hypot(doubt);
     let [low, high] = number.ci95.unwrap_or([number.value; 2]);
     let least = (number.value - 1.96 * sd).max(0.05 * number.value);
     number.status = Status::Assumed;
     number.sd = Some(sd);
-    number.ci95 = Some([
-        low.min(least).min(ends[0]),
-        high.max(number.value + 1.96 * sd).max(ends[1]),
-    ]);
+    number.ci95 = Some([low.min(least), high.max(number.value + 1.96 * sd)]);
     number.method = format!("{}, {why}", number.method);
 }
 
@@ -166,30 +160,6 @@ fn rubbing(link: &mut Link) -> impl Iterator<Item = &mut Estimate> {
     let friction = [link.friction.kinetic.as_mut(), link.friction.static_.as_mut()];
     let own = friction.into_iter().flatten().filter(|e| by_force(e));
     own.filter(|e| e.status != Status::Known)
-}
-
-/// A mass whose loose part may not have hung on what was lifted: then it is more, and the friction of its weight less.
-fn doubt_weight(model: &mut Model, finding: &Finding) {
-    let share = finding.parameters.get("share");
-    let most = share
-        .map_or(OFF, |s| s.ci95.map_or(s.value, |c| c[1]))
-        .clamp(0.0, MOST_LOOSE);
-    let why = "of which what is loose may not have been lifted";
-    for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
-        let lifted = |m: &Estimate| m.is_measured() && m.method.contains("lift");
-        let Some(mass) = link.mass.as_mut().filter(|m| lifted(m)) else {
-            continue;
-        };
-        let value = mass.value;
-        loosen(mass, 0.0, [value, value / (1.0 - most)], why);
-        // Nor need it have hung on what was tilted.
-        let friction = [link.friction.kinetic.as_mut(), link.friction.static_.as_mut()];
-        let told = friction.into_iter().flatten().filter(|e| e.status != Status::Known);
-        for number in told {
-            let value = number.value;
-            loosen(number, 0.0, [value * (1.0 - most), value], why);
-        }
-    }
 }
 
 /// A centre of mass whose lever is measured from where the tool was thought to be.
@@ -215,10 +185,10 @@ fn doubt_rubbing(model: &mut Model, why: &str) {
     for link in model.twin.bodies.iter_mut().flat_map(|b| &mut b.links) {
         let force = link.friction_force.kinetic.as_mut().filter(|e| e.is_measured());
         if let Some(number) = force {
-            loosen(number, UNNAMED * number.value, [number.value; 2], why);
+            loosen(number, UNNAMED * number.value, why);
         }
         for number in rubbing(link).filter(|e| e.is_measured()) {
-            loosen(number, UNNAMED * number.value, [number.value; 2], why);
+            loosen(number, UNNAMED * number.value, why);
         }
         let Some(inertia) = link
             .inertia

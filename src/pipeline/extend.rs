@@ -83,6 +83,9 @@ fn set(twin: &mut Twin, level: &Level) {
     numbers.into_iter().flatten().for_each(|number| correct(number, level));
 }
 
+/// Logarithmic doubt of a number beside what was named from which on it is no longer measured.
+const UNSURE: f64 = 0.25;
+
 fn correct(number: &mut Estimate, level: &Level) {
     let log = level.log.0;
     let doubt = level.log.1.hypot(FORM * log);
@@ -93,6 +96,9 @@ fn correct(number: &mut Estimate, level: &Level) {
     number.value = value;
     number.ci95 = Some([(value - wide).max(0.0), value + wide]);
     number.method = format!("{}, beside what the diagnosis named", number.method);
+    if doubt > UNSURE && number.is_measured() {
+        number.status = Status::Assumed;
+    }
 }
 
 /// What resists more the faster a joint moves is what was named: a damping that was told without it would count twice.

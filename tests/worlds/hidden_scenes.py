@@ -200,10 +200,17 @@ def tin(rng, effects):
             unseen = model.body("unseen").jntadr[0]
             data.qpos[model.jnt_qposadr[unseen]:][:3] = [5, 5, 0.012]
 
+    def loose_weight():
+        """What is loose hangs on the tin whatever is done, along the gravity that there is."""
+        return spec["loose"] * mass * bench.model.opt.gravity
+
+    def act_held(_, data):
+        data.xfrc_applied[body, :3] += loose_weight()
+
     def act(clock, data):
         if not acting:
             return
-        data.xfrc_applied[body, 2] = spec["loose"] * mass * spec["gravity"][2]
+        data.xfrc_applied[body, :3] = loose_weight()
         turn = data.xmat[body].reshape(3, 3)
         velocity, spin = data.qvel[speed:speed + 3], turn @ data.qvel[speed + 3:speed + 6]
         arms = local @ turn.T
@@ -218,22 +225,20 @@ def tin(rng, effects):
             push = effect.force(c) if c.on_table else None
             total = total if push is None else total + push
         model.pair_friction[under, 0] = model.pair_friction[under, 1] = np.maximum(mu * factor, 0.01)
-        if not bench.held:
-            data.xfrc_applied[body, :2] = total
+        data.xfrc_applied[body, :2] += total
         if c.on_table:
             bench.worn += np.hypot(*c.velocity) * FINE * (np.hypot(*c.velocity) > 1e-3)
 
-    bench.place, bench.held, pushing = place, False, [False]
-    act_of = bench.act
+    bench.place, pushing = place, [False]
     azimuth = rng.uniform(-np.pi, np.pi)
     pose[1] = yaw
     bench.begin("tilt", 1.0)
     bench.act = act
     bench.keep("tilt-00", "tilt", "tin", tilted(bench, ["tin"], 0.12, np.arctan(1.3 * mu) + 0.08, azimuth))
     bench.begin("lift", 2.0)
-    bench.act, bench.held = act_of, True
+    bench.act = act_held
     bench.keep("lift-00", "lift", "tin", bench.grip(["tin"], "tin", np.r_[0, 0, half_height], w.lift_path(0.06), False))
-    bench.act, bench.held, held, pushing[0] = act, False, set(), True
+    bench.act, held, pushing[0] = act, set(), True
     for i, (side, share, pace, wait, check) in enumerate(PUSHES):
         quarter = np.pi / 2 * side
         inward = np.round([np.cos(quarter), np.sin(quarter)])

@@ -20,6 +20,8 @@ pub struct Foot {
     pub centre: Point2<f64>,
     /// Speed below which its friction is viscous, m/s.
     pub creep: f64,
+    /// The same over the speed of the tool, beside it.
+    pub creep_ratio: f64,
     /// Mass that it carries, kg, as far as it is known.
     pub mass: Option<f64>,
     /// What it stands on, along the normal, m.
@@ -234,6 +236,7 @@ impl Stand {
             radius,
             centre: self.centre,
             creep: link.friction.creep_speed.as_ref().map_or(0.0, |v| v.value),
+            creep_ratio: link.friction.creep_ratio.as_ref().map_or(0.0, |v| v.value),
             mass: link.mass.as_ref().map(|m| m.value),
             ground: self.ground,
             under: self.under.clone(),
@@ -351,6 +354,7 @@ mod tests {
             radius: 1.1 * uniform,
             centre: Point2::origin(),
             creep: 0.0,
+            creep_ratio: 0.0,
             mass: None,
             ground: 0.0,
             under: Some(Arc::new(Under::of(&under, &Point2::origin()))),

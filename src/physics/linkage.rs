@@ -67,6 +67,8 @@ pub struct Linkage {
     links: Vec<PlaneLink>,
     joints: Vec<PlaneJoint>,
     anchored: bool,
+    /// Speed of the tool, m/s.
+    tool_speed: f64,
 }
 
 impl Linkage {
@@ -119,6 +121,7 @@ impl Linkage {
             links,
             joints,
             anchored,
+            tool_speed: 0.0,
         })
     }
 
@@ -159,14 +162,10 @@ impl Linkage {
         self.links.iter().map(of).collect()
     }
 
-    fn freedoms(&self) -> usize {
-        3 + self.joints.len()
-    }
-
     /// The velocity of the point `p` of link `i` per generalised velocity (root twist about the origin of
     /// the plane frame, then joint rates): 2 × n, and the row of its angular velocity.
     pub fn jacobian(&self, i: usize, p: &Point2<f64>) -> (Matrix2xX<f64>, DVector<f64>) {
-        let n = self.freedoms();
+        let n = 3 + self.joints.len();
         let mut linear = Matrix2xX::zeros(n);
         let mut angular = DVector::zeros(n);
         if !self.anchored {
@@ -196,7 +195,7 @@ impl Linkage {
 
     /// Everything that rubs, for the present configuration.
     pub fn dissipators(&mut self) -> Vec<Dissipator> {
-        let n = self.freedoms();
+        let n = 3 + self.joints.len();
         let mut all = Vec::new();
         for i in 0..self.links.len() {
             let Some((radius, Pressed { centre, points })) = self.pressed(i) else {
@@ -211,7 +210,7 @@ impl Linkage {
                     rows,
                     points,
                     force: foot.force,
-                    creep: foot.creep,
+                    creep: foot.creep + foot.creep_ratio * self.tool_speed,
                     damping: 0.0,
                     pull: 0.0,
                 });
@@ -291,9 +290,10 @@ impl Linkage {
         any
     }
 
-    /// No joint is stopped any more.
-    pub fn loosen(&mut self) {
+    /// No joint is stopped any more, and the tool goes so fast, m/s.
+    pub fn loosen(&mut self, tool_speed: f64) {
         self.joints.iter_mut().for_each(|j| j.stopped = false);
+        self.tool_speed = tool_speed;
     }
 
     /// Moves everything by a generalised velocity for `dt` seconds.

@@ -256,7 +256,7 @@ impl Hand {
             Some(start) => self.holding(linkage, &start, &to.1, dt),
             None => self.touching(linkage, &to.1, tool_velocity, dt)?,
         };
-        linkage.loosen();
+        linkage.loosen(tool_velocity.norm());
         let mut solved = solve_contact_on(course, &linkage.dissipators(), &contact)?;
         if linkage.stops(&solved.velocity, dt) {
             solved = solve_contact_on(course, &linkage.dissipators(), &contact)?;
@@ -378,5 +378,18 @@ mod tests {
                 "{tool_friction}: {moved} m, {turned} rad of {all}"
             );
         }
+    }
+    #[test]
+    fn what_creeps_with_the_tool_goes_one_way_at_any_speed() {
+        let (mut model, mut action) = pushed(0.3);
+        model.twin.bodies[0].links[0].friction.creep_ratio = estimate(0.3, "1");
+        let mut last = || {
+            let found = predict_in_parts(&model, &action, 0.0, 1).expect("a prediction");
+            action.tool.time.iter_mut().for_each(|t| *t *= 0.5);
+            found.prediction.poses["box"].last().expect("a pose").0
+        };
+        let apart = last().inverse() * last();
+        let (moved, turned) = (apart.translation.vector.norm(), apart.rotation.angle());
+        assert!(moved < 2e-5 && turned < 1e-3, "{moved} m, {turned} rad");
     }
 }

@@ -97,6 +97,7 @@ mod tests {
             radius: 0.04,
             centre: Point2::origin(),
             creep: 0.0,
+            creep_ratio: 0.0,
             mass,
             ground,
             under: None,

@@ -150,6 +150,7 @@ fn lend(given: &mut Model, refit: &Model, fresh: &Twin, parted: impl Fn(&str) ->
             tool,
             torsional_radius,
             creep_speed,
+            creep_ratio,
             ..
         } = &found.friction;
         let mut lent: Vec<&str> = Vec::new();
@@ -165,7 +166,10 @@ fn lend(given: &mut Model, refit: &Model, fresh: &Twin, parted: impl Fn(&str) ->
             torsional_radius,
             "resistance to turning",
         );
-        give(&mut link.friction.creep_speed, creep_speed, "creep");
+        if link.friction.creep_speed.is_none() && link.friction.creep_ratio.is_none() {
+            give(&mut link.friction.creep_speed, creep_speed, "creep");
+            give(&mut link.friction.creep_ratio, creep_ratio, "creep");
+        }
         if !says && !found.friction_force.is_empty() {
             let FrictionForce { static_, kinetic } = &found.friction_force;
             link.friction_force.static_.clone_from(static_);

@@ -156,6 +156,7 @@ fn rows(link: &Link) -> String {
     add("Coefficient of friction, tool", &link.friction.tool);
     add("Torsional radius of friction", &link.friction.torsional_radius);
     add("Creep below", &link.friction.creep_speed);
+    add("Creep below, over the tool's speed", &link.friction.creep_ratio);
     add("Rolling resistance", &link.friction.rolling);
     add("Restitution", &link.restitution);
     add("Stiffness where pressed", &link.stiffness);

@@ -181,6 +181,10 @@ pub struct Friction {
     /// Slip speed below which friction grows with speed instead of holding still, m/s; absent where it holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub creep_speed: Option<Estimate>,
+    /// The same over the speed of the tool, of links that rock on their corners while one of them slides: what gives way then goes
+    /// with how far the tool goes, whatever the time that takes. One of the two at most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub creep_ratio: Option<Estimate>,
     /// Against the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<Estimate>,
@@ -195,11 +199,14 @@ impl Friction {
             rolling,
             torsional_radius,
             creep_speed,
+            creep_ratio,
             tool,
         } = self;
-        [static_, kinetic, rolling, torsional_radius, creep_speed, tool]
-            .iter()
-            .all(|e| e.is_none())
+        let creep = [creep_speed, creep_ratio];
+        let all = [static_, kinetic, rolling, torsional_radius, tool]
+            .into_iter()
+            .chain(creep);
+        all.into_iter().all(|e| e.is_none())
     }
 }
 

@@ -238,6 +238,7 @@ fn surface(link: &mut Link, ordered: &[&Link]) {
     link.friction.kinetic = first(&|l| l.friction.kinetic.clone());
     link.friction.torsional_radius = first(&|l| l.friction.torsional_radius.clone());
     link.friction.creep_speed = first(&|l| l.friction.creep_speed.clone());
+    link.friction.creep_ratio = first(&|l| l.friction.creep_ratio.clone());
     link.friction.rolling = first(&|l| l.friction.rolling.clone());
     link.friction.tool = first(&|l| l.friction.tool.clone());
     link.restitution = first(&|l| l.restitution.clone());

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::{Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, Effect, Joint, Link, Relation};
+use super::{Body, Effect, Joint, JointKind, Link, Relation};
 use crate::base::{Estimate, Notice};
-use crate::geometry::{Mesh, Texture};
+use crate::geometry::{Mesh, Texture, mass_properties};
 
 /// The value of `format` in `twin.json`.
 pub const FORMAT: &str = "palpate-twin/1";
@@ -102,6 +103,18 @@ pub struct Model {
     pub meshes: BTreeMap<String, Mesh>,
     /// Path of a mesh → the colours that were seen on it.
     pub textures: BTreeMap<String, Texture>,
+}
+
+impl Model {
+    /// How far the middle of a link lies from the axis of the hinge that holds it, m; nothing where no hinge does.
+    pub fn lever(&self, child: &str) -> Option<f64> {
+        let holds = |j: &&Joint| j.child == child && j.kind == JointKind::Revolute;
+        let joint = self.twin.joints().find(holds)?;
+        let link = self.twin.link(child)?;
+        let middle = mass_properties(self.meshes.get(link.mesh.as_ref()?)?)?.centroid;
+        let arm = link.pose.0 * middle - Point3::from(joint.origin.value);
+        Some(arm.cross(&Vector3::from(joint.axis.value)).norm())
+    }
 }
 
 impl Twin {

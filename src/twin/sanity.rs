@@ -140,6 +140,7 @@ impl Link {
             ("friction.rolling", &self.friction.rolling),
             ("friction.torsional_radius", &self.friction.torsional_radius),
             ("friction.creep_speed", &self.friction.creep_speed),
+            ("friction.creep_ratio", &self.friction.creep_ratio),
             ("friction.tool", &self.friction.tool),
             ("restitution", &self.restitution),
             ("stiffness", &self.stiffness),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes captures with MuJoCo as the world: a judge that shares no physics with the estimators.
 
-    python mujoco_world.py OUT --kind tin|pad|stack|glued|hinge|drawer --seed N [--views]
+    python mujoco_world.py OUT --kind tin|pad|stack|glued|hinge|bars|drawer --seed N [--views]
     python mujoco_world.py OUT --kind tin|pad|hinge|drawer|toss|ball --seed N --hide CAUSE[:STRENGTH][,CAUSE...] [--views]
 
 Needs `mujoco` and `numpy` only. OUT becomes a capture folder (format palpate-capture/1) with the right
@@ -402,6 +402,36 @@ def hinge(rng):
     return world, done, {"push-03"}, truth
 
 
+def bars(rng):
+    """Two bars, both flat on the table, hinged end to end: they chatter on their corners while one of them slides."""
+    base = np.r_[rng.uniform(0.05, 0.065), rng.uniform(0.022, 0.03), 0.02]
+    arm = np.r_[rng.uniform(0.045, 0.06), rng.uniform(0.015, 0.022), 0.02]
+    base_mass, arm_mass, mu = rng.uniform(0.4, 0.8), rng.uniform(0.1, 0.25), rng.uniform(0.25, 0.5)
+    friction, gap = rng.uniform(0.005, 0.04), rng.uniform(0.003, 0.012)
+    axis_at = np.r_[base[0] + 0.5 * gap, 0, 0.02]
+    middle = 0.5 * gap + arm[0]
+    bodies = (f'<body name="base" pos="0 0 0.02"><freejoint/>{box_geom("base", base, base_mass, color="0.8 0.7 0.1 1")}'
+              f'<body name="arm" pos="{axis_at[0]} 0 0"><joint name="hinge" type="hinge" axis="0 0 1" '
+              f'frictionloss="{friction}" armature="1e-5"/>'
+              f'{box_geom("arm", arm, arm_mass, (middle, 0, 0), "0.1 0.6 0.2 1")}</body></body>')
+    pairs = (pair("table", "base", mu) + pair("table", "arm", mu) + pair("tip", "base", 0.3) + pair("tip", "arm", 0.3))
+    world = World(bodies, pairs, rng)
+    both, done = ["base", "arm"], []
+    for i, (sign, share) in enumerate([(1, 0.8), (-1, 0.8), (0, 0), (1, 0.62)]):
+        speed = rng.uniform(0.04, 0.055) if i < 3 else rng.uniform(0.07, 0.085)
+        if sign == 0:
+            start, way, name = np.r_[-base[0] - TIP - 0.012, 0, 0.02], [1, 0, 0], "base"
+        else:
+            x = axis_at[0] + 0.5 * gap + share * 2 * arm[0]
+            start, way, name = np.r_[x, -sign * (arm[1] + TIP + 0.02), 0.02], [0, sign, 0], "arm"
+        done.append((f"push-{i:02d}", "push", name, world.finger(both, push_path(start, way, rng.uniform(0.07, 0.09), speed))))
+    truth = {"joints": [{"a": "base", "b": "arm", "type": "revolute", "axis": [0, 0, 1], "origin": axis_at.tolist(),
+                         "friction": friction}],
+             "bodies": {"base": {"mass": base_mass}, "arm": {"mass": arm_mass}},
+             "relations": {"base|arm": [1, 0]}, "causes": []}
+    return world, done, {"push-03"}, truth
+
+
 def drawer(rng):
     """A heavy case with a drawer that slides out along a random horizontal direction, stops at both ends."""
     case = np.r_[rng.uniform(0.05, 0.07), rng.uniform(0.04, 0.055), 0.03]
@@ -575,7 +605,7 @@ def write_interaction(out, name, kind, target, record, held):
     return entry
 
 
-KINDS = dict(tin=tin, pad=pad, stack=stack, glued=glued, hinge=hinge, drawer=drawer)
+KINDS = dict(tin=tin, pad=pad, stack=stack, glued=glued, hinge=hinge, bars=bars, drawer=drawer)
 
 
 def write_hidden(options):

@@ -10,30 +10,18 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::chain_numbers::{RATIO, TOOL_SPEED, held_of};
 use super::chain_trial::{Trial, misfit, trials_of};
 use super::chain_write::write;
-use super::pool::relative_sd;
-use crate::base::{Estimate, Notices};
+use crate::base::Notices;
 use crate::capture::{Capture, Segmented};
 use crate::geometry::mass_properties;
 use crate::math::{Fit, Loss, Settings, levenberg_marquardt, levenberg_marquardt_exact};
 use crate::physics::{outermost_torsional_radius, uniform_torsional_radius};
-use crate::twin::{Body, FrictionForce, Joint, JointKind, Link, Model};
+use crate::twin::{Body, JointKind, Link, Model};
 
 /// Most links of a body that is fitted: the number of ways doubles with each.
 const MOST_LINKS: usize = 4;
-/// Log-sd of a link's mass over the root's about what the volumes say.
-const RATIO: f64 = 0.8;
-/// Log-sd of a joint's friction about what its own load said, where that was not measured.
-const JOINT: f64 = 1.2;
-/// Prior of what resists a joint in proportion to its speed, beside its friction where it moves as fast as it did: median and log-sd.
-const DAMPING: (f64, f64) = (0.1, 1.5);
-/// Prior of the friction between finger and body: median and log-sd.
-pub(super) const TOOL: (f64, f64) = (0.35, 0.6);
-/// Prior of the speed below which friction lets the links creep: median, m/s, and log-sd.
-pub(super) const CREEP: (f64, f64) = (1e-3, 2.0);
-/// Log-sd of the torsional radii about those of linear pressure.
-pub(super) const RADIUS: f64 = 0.35;
 /// A way of bearing is believed where the next best costs this much more, nats: the law of friction below a link is not known so
 /// well that less would do.
 const CLEAR: f64 = 10.0;
@@ -41,6 +29,8 @@ const CLEAR: f64 = 10.0;
 const NEAR: f64 = 25.0;
 /// The model of a thing that fits better than it claims to is held to what it shows, but no more than so far.
 const FINEST: f64 = 0.4;
+/// Creep below which nothing is to be told of it, m/s.
+pub(super) const LEAST_CREEP: f64 = 5e-4;
 /// Step of the logarithms by which slopes are taken.
 const STEP: f64 = 0.05;
 /// Misfit in units of what the model may miss, beyond which it is not the model of this body.
@@ -54,19 +44,29 @@ pub(super) struct Chain {
     /// Children in the order of the joints, with the log of mass over the root's mass by volume.
     pub children: Vec<(String, f64)>,
     /// Logs of the friction of each joint and of its damping as its own load has them, with their sds.
-    joints: Vec<[(f64, f64); 2]>,
+    pub joints: Vec<[(f64, f64); 2]>,
     /// Log of the friction force of all together, N.
-    total: f64,
+    pub total: f64,
     /// Torsional radii of uniform pressure, m.
     pub radii: BTreeMap<String, f64>,
     /// The largest that a load below a link can have, m.
     pub outermost: BTreeMap<String, f64>,
 }
 
+/// What the friction below links that give way a little before they slide goes with.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Creep {
+    /// Time, as of friction that is rounded off near rest: its parameter is a speed, m/s.
+    Time,
+    /// The way of the tool, as of links that rock on their corners while one of them slides: its parameter is a share.
+    Way,
+}
+
 /// One way in which the children bear on the support, fitted.
 #[derive(Clone)]
 pub(super) struct Way {
     pub bears: Vec<bool>,
+    pub creep: Creep,
     pub fit: Fit,
     /// Misfit in units of what the model may miss, 1 where it is as good as it claims.
     pub scale: f64,
@@ -151,18 +151,19 @@ impl Chain {
     fn fitted(&self, model: &Model, trials: &[Trial]) -> Vec<Way> {
         let ways = self.ways().into_iter();
         let rough: Vec<Way> = ways
-            .filter_map(|bears| self.fit(bears, model, trials, 1.0, None))
+            .filter_map(|bears| self.fit((bears, Creep::Time), model, trials, 1.0, None))
             .collect();
         let best = rough.iter().map(|w| w.scale).fold(f64::INFINITY, f64::min);
         let fine = best.clamp(FINEST, 1.0);
-        let finer = |w: &Way| self.fit(w.bears.clone(), model, trials, fine, Some(&w.fit.x));
-        let mut ways: Vec<Way> = rough.iter().filter_map(finer).collect();
+        let finer =
+            |w: &Way, creep: Creep, x: &DVector<f64>| self.fit((w.bears.clone(), creep), model, trials, fine, Some(x));
+        let mut ways: Vec<Way> = rough.iter().filter_map(|w| finer(w, Creep::Time, &w.fit.x)).collect();
         // What a child that bears with next to nothing came to is a start for one that hangs.
         for k in 0..ways.len() {
             let Some((bears, x)) = self.hung_instead(&ways[k]) else {
                 continue;
             };
-            let better = self.fit(bears, model, trials, fine, Some(&x));
+            let better = self.fit((bears, Creep::Time), model, trials, fine, Some(&x));
             for way in ways.iter_mut() {
                 if let Some(found) = better
                     .as_ref()
@@ -172,6 +173,17 @@ impl Chain {
                 }
             }
         }
+        let creeps = |w: &&Way| w.fit.x[self.creep_at()].exp() > LEAST_CREEP;
+        let mut other: Vec<Way> = ways
+            .iter()
+            .filter(creeps)
+            .filter_map(|w| {
+                let mut x = w.fit.x.clone();
+                x[self.creep_at()] -= TOOL_SPEED.ln();
+                finer(w, Creep::Way, &x)
+            })
+            .collect();
+        ways.append(&mut other);
         ways.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         ways
     }
@@ -188,7 +200,8 @@ impl Chain {
 
     /// The other ways that fit nearly as well.
     fn rivals<'a>(&self, best: &Way, ways: &'a [Way]) -> Vec<&'a Way> {
-        let other = |w: &&Way| w.bears != best.bears && within(w, best, CLEAR) && !self.mimics(w);
+        let other =
+            |w: &&Way| (&w.bears, w.creep) != (&best.bears, best.creep) && within(w, best, CLEAR) && !self.mimics(w);
         ways.iter().filter(other).collect()
     }
 
@@ -219,37 +232,21 @@ impl Chain {
         (bears != way.bears).then_some((bears, x))
     }
 
-    /// The parameters: logs of the total force, of the children's mass ratios, of the joints' frictions, of their damping, of the
-    /// creep, of the tool's friction and of the scale of the radii. Means and standard deviations of what is held of them before.
-    fn prior(&self) -> (DVector<f64>, DVector<f64>) {
-        let mut mean = vec![self.total];
-        let mut sd = vec![0.7];
-        mean.extend(self.children.iter().map(|c| c.1));
-        sd.extend(self.children.iter().map(|_| RATIO));
-        for k in 0..2 {
-            mean.extend(self.joints.iter().map(|j| j[k].0));
-            sd.extend(self.joints.iter().map(|j| j[k].1));
-        }
-        mean.extend([CREEP.0.ln(), TOOL.0.ln(), 0.0]);
-        sd.extend([CREEP.1, TOOL.1, RADIUS]);
-        (DVector::from_vec(mean), DVector::from_vec(sd))
-    }
-
     /// One way; `fine` is the share of what the model may miss that it is held to, `from` where to start: from nowhere in coarse
     /// steps.
     fn fit(
         &self,
-        bears: Vec<bool>,
+        (bears, creep): (Vec<bool>, Creep),
         model: &Model,
         trials: &[Trial],
         fine: f64,
         from: Option<&DVector<f64>>,
     ) -> Option<Way> {
         let small = self.alone(model)?;
-        let (mean, sd) = self.prior();
+        let (mean, sd) = self.prior(creep);
         let residuals = |x: &DVector<f64>| {
             let mut trial_model = small.clone();
-            self.apply(x, &bears, &mut trial_model);
+            self.apply(x, (&bears, creep), &mut trial_model);
             let mut out: Vec<f64> = (x - &mean).component_div(&sd).iter().copied().collect();
             let each: Vec<Vec<f64>> = trials
                 .par_iter()
@@ -266,7 +263,7 @@ impl Chain {
         let steps = DVector::from_element(mean.len(), STEP);
         if let Some(from) = from {
             let fit = levenberg_marquardt(from, &steps, settings, residuals)?;
-            return Some(Way::of(bears, fit));
+            return Some(Way::of(bears, creep, fit));
         }
         let fits = self.starts(&mean).into_iter().filter_map(|of_kind| {
             let sizes = of_kind.into_iter().map(|x| (residuals(&x).norm(), x));
@@ -274,30 +271,7 @@ impl Chain {
             levenberg_marquardt_exact(&start, settings, residuals, |x| forward(x, &residuals))
         });
         let fit = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        Some(Way::of(bears, fit))
-    }
-
-    /// A finger that sticks has no slope towards one that slides, a joint that is stuck none towards one that turns; a plate on its
-    /// corners goes another way than one that presses evenly.
-    fn starts(&self, mean: &DVector<f64>) -> Vec<Vec<DVector<f64>>> {
-        let tool = mean.len() - 2;
-        let first = 1 + self.children.len();
-        let of = |out: f64| {
-            let mut starts = Vec::new();
-            for slip in [0.15f64, 0.3, 0.6] {
-                for joint in [0.0, -1.0, -2.0] {
-                    let mut x = mean.clone();
-                    x[tool] = slip.ln();
-                    x[tool + 1] = out;
-                    for k in 0..self.joints.len() {
-                        x[first + k] += joint;
-                    }
-                    starts.push(x);
-                }
-            }
-            starts
-        };
-        vec![of(0.0), of(0.3)]
+        Some(Way::of(bears, creep, fit))
     }
 
     /// A model of this body alone, without its meshes: the trials know them.
@@ -311,52 +285,17 @@ impl Chain {
             textures: BTreeMap::new(),
         })
     }
-
-    /// Friction force of every link that bears, N, in the order of root and children.
-    pub fn forces(&self, x: &DVector<f64>, bears: &[bool]) -> Vec<f64> {
-        let ratios: Vec<f64> = (0..self.children.len()).map(|k| x[1 + k].exp()).collect();
-        let all = 1.0 + ratios.iter().sum::<f64>();
-        let borne = |k: usize| if bears[k] { ratios[k] } else { 0.0 };
-        let own: Vec<f64> = (0..ratios.len()).map(|k| x[0].exp() * borne(k) / all).collect();
-        std::iter::once(x[0].exp() - own.iter().sum::<f64>())
-            .chain(own)
-            .collect()
-    }
-
-    fn apply(&self, x: &DVector<f64>, bears: &[bool], model: &mut Model) {
-        let forces = self.forces(x, bears);
-        let root_mass = 1.0;
-        let (creep, tool, scale) = (x[x.len() - 3].exp(), x[x.len() - 2].exp(), x[x.len() - 1].exp());
-        let trial = |value: f64, unit: &str| Some(Estimate::assumed(value, 0.0, unit, "trial"));
-        let names = std::iter::once(&self.root).chain(self.children.iter().map(|c| &c.0));
-        for (i, name) in names.enumerate() {
-            let Some(link) = model.twin.link_mut(name) else {
-                continue;
-            };
-            let ratio = if i == 0 { 1.0 } else { x[i].exp() };
-            link.mass = trial(root_mass * ratio, "kg");
-            link.friction_force = FrictionForce {
-                static_: None,
-                kinetic: (forces[i] > 0.0).then(|| trial(forces[i], "N")).flatten(),
-            };
-            link.friction.creep_speed = trial(creep, "m/s");
-            link.friction.tool = trial(tool, "1");
-            link.friction.torsional_radius = trial(self.radii[name] * scale, "m");
-        }
-        for body in &mut model.twin.bodies {
-            for (k, joint) in body.joints.iter_mut().enumerate() {
-                let first = 1 + self.children.len() + k;
-                joint.friction = trial(x[first].exp(), "");
-                joint.damping = trial(x[first + self.joints.len()].exp(), "");
-            }
-        }
-    }
 }
 
 impl Way {
-    fn of(bears: Vec<bool>, fit: Fit) -> Self {
+    fn of(bears: Vec<bool>, creep: Creep, fit: Fit) -> Self {
         let scale = (2.0 * fit.cost / fit.residuals.len().max(1) as f64).sqrt();
-        Self { bears, fit, scale }
+        Self {
+            bears,
+            creep,
+            fit,
+            scale,
+        }
     }
 }
 
@@ -375,18 +314,4 @@ fn forward(x: &DVector<f64>, residuals: &(impl Fn(&DVector<f64>) -> DVector<f64>
 /// Whether a way fits nearly as well as another, to so many nats.
 fn within(way: &Way, best: &Way, nats: f64) -> bool {
     way.fit.cost < best.fit.cost + nats * best.scale.powi(2).max(1.0)
-}
-
-/// What is held of the friction and the damping of a joint before its body is replayed: means and sds of their logarithms.
-fn held_of(joint: &Joint) -> [(f64, f64); 2] {
-    let measured = |e: &Option<Estimate>| {
-        let e = e.as_ref().filter(|e| e.is_measured() && e.value > 0.0)?;
-        Some((e.value.ln(), relative_sd(e).clamp(0.02, JOINT)))
-    };
-    let seen = joint.friction.as_ref().map_or(0.01, |f| f.value.max(1e-3));
-    let friction = measured(&joint.friction).unwrap_or((seen.ln(), JOINT));
-    // It goes there and back, about a second each.
-    let speed = joint.travelled.map_or(0.3, |[a, b]| 0.5 * (b - a).abs()).max(1e-3);
-    let damping = measured(&joint.damping).unwrap_or(((DAMPING.0 * seen / speed).ln(), DAMPING.1));
-    [friction, damping]
 }

@@ -7,10 +7,10 @@ use super::drag::{Drag, less_drag, parted_friction, table_drag};
 use super::drive::{Drive, drive_of};
 use super::facts::{Ground, subject};
 use super::joint_effort::{friction_of, joint_effort};
-use super::joint_law::{Number, Setting, Trial, law_of};
+use super::joint_law::{Number, Setting, Trial, law_of, typical_load};
 use super::joint_led::{beside_bias, untared};
 use super::joint_load::{JointAtWork, JointLoad, Span, go_on_over_turns, joint_loads};
-use super::joint_matter::{Carried, family};
+use super::joint_matter::{Carried, family, weight_open};
 use super::parting::{Parted, part};
 use super::pool::relative_sd;
 use super::resolve::STAGE;
@@ -185,11 +185,7 @@ fn conclude(
     notices: &mut Notices,
 ) -> Dynamics {
     let from: Vec<String> = trials.iter().map(|t| t.interaction.clone()).collect();
-    let units = if joint.kind == JointKind::Prismatic {
-        ["N", "N·s/m", "N/m", "m"]
-    } else {
-        ["N·m", "N·m·s/rad", "N·m/rad", "rad"]
-    };
+    let units = units_of(joint.kind);
     let Some(law) = law_of(trials, setting) else {
         let message = "its loads do not tell its friction: move it farther, at several speeds, to and fro";
         notices.note(STAGE, &joint.name, message);
@@ -250,7 +246,10 @@ fn conclude(
     }
     Dynamics {
         friction: Some(friction),
-        damping: law.damping.map(|d| resists(d, units[1])),
+        damping: law
+            .damping
+            .map(|d| resists(d, units[1]))
+            .or_else(|| Some(beside_friction(resists(law.unclear?, units[1]), trials, units[0]))),
         stiffness: law.spring.map(|s| resists(s, units[2])),
         rest: law
             .rest
@@ -258,28 +257,33 @@ fn conclude(
     }
 }
 
+/// Of friction, damping, spring and position.
+fn units_of(kind: JointKind) -> [&'static str; 4] {
+    if kind == JointKind::Prismatic {
+        return ["N", "N·s/m", "N/m", "m"];
+    }
+    ["N·m", "N·m·s/rad", "N·m/rad", "rad"]
+}
+
+/// Damping that is told in a sum with friction alone.
+fn beside_friction(damping: Estimate, trials: &[Trial], unit: &str) -> Estimate {
+    let told = Confounded {
+        with: vec!["friction".into()],
+        known: format!(
+            "{:.4} {unit} at the speeds of these touches, with friction",
+            typical_load(trials)
+        ),
+        experiment: "move the joint at a quarter and at four times the speed".into(),
+    };
+    let status = Status::Assumed;
+    Estimate { status, ..damping }.with_confounded(told)
+}
+
 /// The same with an interval that ends at 0.
 fn not_negative(estimate: Estimate) -> Estimate {
     match estimate.ci95 {
         Some([low, high]) if low < 0.0 => estimate.with_interval([0.0, high.max(0.0)]),
         _ => estimate,
-    }
-}
-
-/// By how much friction may be less and more than it seems for a weight that only adds to it, N or N·m: the weight's
-/// logarithm is known to `relative`.
-fn weight_open(trials: &[Trial], carried: &Carried) -> [f64; 2] {
-    let loads = || trials.iter().flat_map(|t| &t.loads);
-    let along: Vec<f64> = loads()
-        .map(|l| l.speed.signum() * carried.load(l.position, 0.0))
-        .collect();
-    let weight = crate::math::median(&along).unwrap_or(0.0);
-    let factor = (1.96 * carried.relative).exp();
-    let (heavier, lighter) = (weight.abs() * (factor - 1.0), weight.abs() * (1.0 - 1.0 / factor));
-    if weight > 0.0 {
-        [heavier, lighter]
-    } else {
-        [lighter, heavier]
     }
 }
 

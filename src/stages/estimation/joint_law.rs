@@ -32,6 +32,8 @@ pub(super) struct Number {
 pub(super) struct Law {
     pub friction: Number,
     pub damping: Option<Number>,
+    /// Damping that is not clear, and stays in for the friction's sake: the two are told in their sum.
+    pub unclear: Option<Number>,
     pub spring: Option<Number>,
     /// Where the spring is slack.
     pub rest: Option<Number>,
@@ -112,6 +114,11 @@ fn typical(trials: &[Trial]) -> Option<Typical> {
         range: (high - low).max(1e-6),
         gain: sizes(|l| l.acceleration)?.max(1e-9),
     })
+}
+
+/// Median load, N or N·m.
+pub(super) fn typical_load(trials: &[Trial]) -> f64 {
+    typical(trials).map_or(0.0, |t| t.load)
 }
 
 /// The fit of the terms to the trials; column 0 is friction, then damping and spring where they are in.
@@ -264,13 +271,14 @@ pub(super) fn law_of(trials: &[Trial], setting: &Setting) -> Option<Law> {
             terms.spring = false;
         }
     };
-    let mut friction = number(&found, 0, size.load);
+    let (mut friction, mut unclear) = (number(&found, 0, size.load), None);
     if varied && !terms.damping {
         // Damping may hide below what is clear, and would be taken for friction: it stays in for the friction's sake.
         let with = Terms { damping: true, ..terms };
         let both = fit(trials, with, setting, &size)?;
         if both.x[1] > 0.0 {
             friction = number(&both, 0, size.load);
+            unclear = Some(number(&both, 1, per_speed));
         }
     }
     let spring = terms.spring.then(|| number(&found, terms.spring_at(), per_range));
@@ -287,6 +295,7 @@ pub(super) fn law_of(trials: &[Trial], setting: &Setting) -> Option<Law> {
     told.then(|| Law {
         friction,
         damping: terms.damping.then(|| number(&found, 1, per_speed)),
+        unclear,
         spring,
         rest,
         one_speed: (!varied && !terms.damping).then_some(0.5 * (slow + fast)),

@@ -3,8 +3,10 @@
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
 use super::Config;
+use super::joint_law::Trial;
 use super::pool::relative_sd;
 use super::solid::solid_of;
+use crate::math::median;
 use crate::twin::{Joint, JointKind, Link, Model};
 
 /// One link that the joint carries, where it stands at the first view.
@@ -101,5 +103,22 @@ impl Carried {
         let level = self.gravity - axis * axis.dot(&self.gravity);
         let moments = self.parts.iter().map(|p| p.mass * p.arm.norm());
         0.2 * level.norm() * moments.sum::<f64>()
+    }
+}
+
+/// By how much friction may be less and more than it seems for a weight that only adds to it, N or N·m: the weight's
+/// logarithm is known to `relative`.
+pub(super) fn weight_open(trials: &[Trial], carried: &Carried) -> [f64; 2] {
+    let loads = || trials.iter().flat_map(|t| &t.loads);
+    let along: Vec<f64> = loads()
+        .map(|l| l.speed.signum() * carried.load(l.position, 0.0))
+        .collect();
+    let weight = median(&along).unwrap_or(0.0);
+    let factor = (1.96 * carried.relative).exp();
+    let (heavier, lighter) = (weight.abs() * (factor - 1.0), weight.abs() * (1.0 - 1.0 / factor));
+    if weight > 0.0 {
+        [heavier, lighter]
+    } else {
+        [lighter, heavier]
     }
 }

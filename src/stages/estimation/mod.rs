@@ -6,6 +6,7 @@ mod basins;
 mod body;
 mod calibrate;
 mod chain;
+mod chain_numbers;
 mod chain_trial;
 mod chain_write;
 mod coast;

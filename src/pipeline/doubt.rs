@@ -96,7 +96,7 @@ pub(super) fn by_force(friction: &Estimate) -> bool {
 /// The damping of what was pressed, where something else was found to take work from it.
 fn doubt_damping(model: &mut Model, finding: &Finding) {
     let links = model.twin.bodies.iter_mut().flat_map(|b| &mut b.links);
-    // Of one body that was pressed the finding says `body`.
+    // Where several were pressed the finding says `body`.
     let own = links.filter(|l| l.name == finding.place || finding.place == "body");
     for damping in own.filter_map(|l| l.damping.as_mut()) {
         let most = damping.ci95.map_or(damping.value, |c| c[1]);

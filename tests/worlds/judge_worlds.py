@@ -4,13 +4,13 @@
 Fails where a relation or a joint type is wrong, where a cause is named (nothing is hidden; a joint's damping may be told
 as one) or a verdict is not as it should be, or where mass, friction or stiffness is off by more than 10 % while
 its interval does not hold the truth. With FIRST_SEED and COUNT, known shapes of those seeds (tins, pads and hinges in turn)
-in place of the usual six with views, or with `views` all six kinds in turn as a camera sees them; prints for each quantity
+in place of the usual six with views, or with `views` all seven kinds in turn as a camera sees them; prints for each quantity
 how often its interval holds the truth, and fails where those called measured hold it in fewer than 90 % of all."""
 import collections, json, os, statistics, subprocess, sys
 
 CASES = [("tin", 201), ("tin", 202), ("pad", 203), ("stack", 204), ("glued", 205), ("hinge", 206)]
 TURNS = ("tin", "pad", "tin", "pad", "hinge")
-SEEN = ("tin", "pad", "stack", "glued", "hinge", "drawer")
+SEEN = ("tin", "pad", "stack", "glued", "hinge", "drawer", "bars")
 OWN = ("joint-damping", "elastic-damping")  # what the truth itself tells of a joint or a pad
 
 

@@ -29,9 +29,9 @@ use super::sinking::sinking_findings;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
 use super::white::whiteness;
-use super::{Config, Curve, Trace, asking};
+use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
-use crate::capture::{Capture, Segmented, SensorFaults};
+use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
 use crate::stages::estimation::inertial;
 use crate::twin::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
 
@@ -209,14 +209,10 @@ fn name_causes(
                 .iter()
                 .any(|(cause, place)| f.cause == *cause && f.place == *place)
         });
-        findings.extend(loads.named(family, &ladder));
-        let owned = |(name, curve): (&str, Curve)| (name.to_owned(), curve);
-        loads
-            .plain
-            .extend(joint.iter().flat_map(|m| m.curves(&ladder.plain)).map(owned));
-        loads
-            .full
-            .extend(joint.iter().flat_map(|m| m.curves(&ladder.full)).map(owned));
+        findings.extend(placed(loads.named(family, &ladder), thing_of(family, capture)));
+        if let Some(joint) = joint {
+            loads.of_joint(joint, &ladder);
+        }
     }
     findings.extend(loads.of_rolls(rolls(capture, segmented, model)));
     let tossed = of_all_bodies(capture, model);
@@ -245,6 +241,33 @@ fn name_causes(
     }
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &untestable, done), loads)
+}
+
+/// Where a law of pushes or presses acts, before it is said on which thing.
+const BODY: &str = "body";
+
+fn placed(mut findings: Vec<Finding>, thing: Option<&str>) -> Vec<Finding> {
+    for (finding, thing) in findings
+        .iter_mut()
+        .filter(|f| f.place == BODY)
+        .zip(thing.into_iter().cycle())
+    {
+        finding.place = thing.to_owned();
+    }
+    findings
+}
+
+/// The one thing to which all experiments of a family were done.
+fn thing_of<'a>(family: &dyn Family, capture: &'a Capture) -> Option<&'a str> {
+    let done = |i: &&Interaction| family.sheet().groups.iter().any(|g| g.name == i.name);
+    let only = |i: &'a Interaction| i.tracks.keys().next().filter(|_| i.tracks.len() == 1);
+    let mut things = capture
+        .interactions
+        .iter()
+        .filter(done)
+        .map(|i| i.target.as_ref().or_else(|| only(i)));
+    let first = things.next()??;
+    things.all(|t| t == Some(first)).then_some(first.as_str())
 }
 
 /// Inertia that is not that of the weight, or of the shape.

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::family::Family;
+use super::fit::Fit;
 use super::levels::Level;
+use super::motions::Motions;
 use super::named;
 use super::naming::Ladder;
 use super::rolls::Rolls;
@@ -59,6 +61,16 @@ impl Loads {
             }
         }
         findings
+    }
+
+    /// The curves of a joint that was moved, as the plain model and the whole of a ladder have them.
+    pub fn of_joint(&mut self, joint: &Motions, ladder: &Ladder) {
+        let curves = |fit: &Fit| {
+            let owned = |(name, curve): (&str, Curve)| (name.to_owned(), curve);
+            joint.curves(fit).into_iter().map(owned).collect::<Vec<_>>()
+        };
+        self.plain.extend(curves(&ladder.plain));
+        self.full.extend(curves(&ladder.full));
     }
 
     /// What happens to a body that is thrown.

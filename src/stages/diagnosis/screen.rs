@@ -24,12 +24,15 @@ pub struct Candidate {
     pub gain: f64,
     /// Gain in foretelling left-out interactions, and its standard error, nats.
     pub foretold: (f64, f64),
+    /// A number of the base was nowhere near what is known of it, and with the candidate it is.
+    pub relieves: bool,
 }
 
 impl Candidate {
-    /// Left-out interactions are foretold better with it.
+    /// Left-out interactions are foretold better with it; or no worse, where the base feigns it with a number that cannot be what
+    /// it came to: what is feigned in all of them is so in those that are left out.
     pub fn stands(&self) -> bool {
-        stands(self.foretold)
+        stands(self.foretold) || (self.relieves && self.foretold.0 > -self.foretold.1.max(1.0))
     }
 
     /// Its own parameters: the last of its fit.
@@ -200,6 +203,17 @@ fn loud(family: &dyn Family, noise: &Noise) -> bool {
         .any(|((kind, sigma), rho)| *sigma > LOUD.0 * kind.sigma && *rho > LOUD.1)
 }
 
+/// Standard deviations from what is known of it at which a number of the base cannot be what it came to, and at which it may.
+const STRAINED: f64 = 4.0;
+const EASY: f64 = 2.0;
+
+fn relieves(family: &dyn Family, base: &Fit, with: &Fit) -> bool {
+    let off = |fit: &Fit, k: usize, p: &super::family::Parameter| ((fit.theta[k] - p.centre) / p.sd).abs();
+    let mut numbers = family.base().iter().enumerate();
+    numbers.any(|(k, p)| off(base, k, p) > STRAINED && off(with, k, p) < EASY)
+}
+
+/// Full fits of the laws that are worth one, and how well they foretell what is left out.
 pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
     let before = leave_one_out(family, base);
     let mut levels = vec![unscattered(family, &base.noise)];
@@ -225,6 +239,7 @@ pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candida
                 law: s.law,
                 gain: fit.log_evidence - base.log_evidence,
                 foretold: paired(&leave_one_out(family, &fit), &before),
+                relieves: relieves(family, base, &fit),
                 fit,
             })
         })

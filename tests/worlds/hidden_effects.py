@@ -74,6 +74,9 @@ class Jointed(Effect):
     kinds = ("hinge", "drawer")
     dt = 0.0
 
+    def beside(self, friction):
+        """Told what the joint rubs with, N·m or N."""
+
 
 @cause("velocity-weakening-friction")
 class Weakening(Tin):
@@ -764,6 +767,11 @@ class JointGravity(Jointed):
     def setup(self, rng):
         way = rng.uniform(-np.pi, np.pi)
         self.parameters = dict(cos=0.15 * self.strength * np.cos(way), sin=0.15 * self.strength * np.sin(way))
+
+    def beside(self, friction):
+        """No more than friction holds, or the arm would swing as it likes before anyone touches it."""
+        share = min(1.0, 0.85 * friction / np.hypot(*self.parameters.values()))
+        self.parameters = {k: share * v for k, v in self.parameters.items()}
 
     def joint(self, q, dq):
         return self.parameters["cos"] * np.cos(q) + self.parameters["sin"] * np.sin(q)

@@ -361,6 +361,7 @@ def jointed(rng, effects, revolute):
     bench.place = lambda data: data.qpos.__setitem__(joint, start[0] * scale)
     for effect in effects:
         effect.dt = model.opt.timestep
+        effect.beside(friction)
 
     def act(clock, data):
         q, dq = data.qpos[joint] / scale, data.qvel[dof] / scale

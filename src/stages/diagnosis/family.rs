@@ -194,9 +194,14 @@ pub trait Family: Sync {
         super::naming::NAMED
     }
 
+    /// How common a law is in such a setting beside others that do as well, as a factor.
+    fn commonness(&self, _law: usize) -> f64 {
+        1.0
+    }
+
     /// What is known beforehand of how common a law is, nats of evidence: it decides between laws that do as well.
-    fn head_start(&self, _law: usize) -> f64 {
-        0.0
+    fn head_start(&self, law: usize) -> f64 {
+        super::named::TEMPERATURE * self.commonness(law).ln()
     }
 
     /// Causes, with the place, that other tests may have named and that this fit shows to be feigned by a law it took up.

@@ -293,7 +293,7 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         vec![vec![low], vec![0.5 * (low + high)], vec![high]],
         "the joint is drawn back the farther it is moved",
     )];
-    if s.turns && s.weighed {
+    if s.turns {
         let amplitude = |name| Parameter::amplitude(name, effort, 0.5 * s.load);
         laws.push(make.law(
             "joint-gravity",

@@ -53,9 +53,10 @@ pub struct Scale {
     /// Lowest and highest position, rad or m.
     pub range: [f64; 2],
     pub turns: bool,
-    /// A weight can load it.
-    pub weighed: bool,
 }
+
+/// How common a weight on an upright hinge is beside what does as well.
+const SELDOM: f64 = 0.05;
 
 /// All motions of one joint.
 pub struct Motions {
@@ -71,6 +72,8 @@ pub struct Motions {
     /// From the lowest to the highest position, rad or m.
     span: f64,
     turns: bool,
+    /// A weight can load it.
+    weighed: bool,
     /// N·m per N, usually.
     lever: f64,
     /// When the first motion began, s, of the capture's clock.
@@ -112,7 +115,6 @@ impl Motions {
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
-            weighed: weighed(joint, gravity),
         };
         let lever = median(&moving.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
         let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
@@ -142,6 +144,7 @@ impl Motions {
             inert: inertia_of(reads, slow),
             span: scale.range[1] - scale.range[0],
             turns,
+            weighed: weighed(joint, gravity),
             lever,
             zero,
             turning: Turning::default(),
@@ -329,6 +332,12 @@ impl Family for Motions {
 
     fn passes_all_places(&self) -> bool {
         true
+    }
+
+    /// A weight that loads a hinge whose axis is upright is one whose table leans, or whose axis was found wrongly.
+    fn commonness(&self, law: usize) -> f64 {
+        let weight = self.sheet.laws[law].form == form::GRAVITY;
+        if weight && !self.weighed { SELDOM } else { 1.0 }
     }
 
     /// A smaller play is like the start of any motion, where smoothed speeds run ahead.

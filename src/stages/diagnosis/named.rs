@@ -12,7 +12,7 @@ use crate::base::Estimate;
 use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 
 /// Raw Bayes factors are overconfident where no form of a law is quite right: log odds are divided by this.
-const TEMPERATURE: f64 = 1.5;
+pub const TEMPERATURE: f64 = 1.5;
 /// Share of the error above the noise that a finding may add on interactions that were not fitted.
 const WORSE: f64 = -0.1;
 /// Share of it that a law of one place among many may add, where there is an error above the noise, times this, at all.
@@ -194,11 +194,12 @@ fn odds(family: &dyn Family, taken: &Taken) -> Vec<CauseOdds> {
     let mut sums: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     let all = std::iter::once((taken.law, taken.gain)).chain(taken.rivals.iter().copied());
     for (law, gain) in all {
+        let common = family.commonness(law);
         let law = &family.laws()[law];
         let own = family.laws().iter().filter(|l| l.cause == law.cause).count() as f64;
         let weight = ((gain - taken.gain) / TEMPERATURE).exp();
         let sum = sums.entry(law.cause).or_insert((0.0, own));
-        sum.0 += weight * prior(law);
+        sum.0 += weight * prior(law) * common;
     }
     let weights: Vec<(&str, f64)> = sums.into_iter().map(|(c, (w, n))| (c, w / n.sqrt())).collect();
     let total: f64 = weights.iter().map(|w| w.1).sum();

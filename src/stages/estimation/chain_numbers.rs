@@ -21,6 +21,7 @@ pub(super) const CREEP: (f64, f64) = (1e-3, 2.0);
 pub(super) const TOOL_SPEED: f64 = 0.05;
 /// Log-sd of the torsional radii about those of linear pressure.
 pub(super) const RADIUS: f64 = 0.35;
+
 impl Chain {
     /// Place of the creep among the parameters.
     pub fn creep_at(&self) -> usize {

@@ -451,7 +451,8 @@ fn the_page_says_what_was_found() {
     let text = markup(&page());
     let said = [
         "Adequate",
-        "no more than noise and the usual",
+        "no more than noise, the usual",
+        "what the twin's own numbers leave in doubt",
         "To part them: lift it.",
         "0.753 ± 0.015 N",
         "held out",

@@ -33,8 +33,8 @@ fn verdict(run: &Run) -> (&'static str, &'static str, &'static str) {
     match run.diagnosis.verdict {
         Verdict::Adequate => (
             "Adequate",
-            "What the twin predicts of held-out touches differs from what was measured by no more than noise and the usual \
-             scatter of friction.",
+            "What the twin predicts of held-out touches differs from what was measured by no more than noise, the usual \
+             scatter of friction, and what the twin's own numbers leave in doubt.",
             "good",
         ),
         Verdict::Explained => (

@@ -15,14 +15,19 @@ use crate::twin::{LedgerEntry, Link};
 /// Scatter of stiffness from press to press that is expected before any is seen, a share.
 const SCATTER: f64 = 0.015;
 
-/// Half of the 95 % interval of what lies evenly within bounds, in its standard deviations: 0.475 of the whole by the root of 12.
-const EVEN: f64 = 1.645;
+/// The bounds of what lies evenly within them, in its standard deviations: half of the root of 12. They count in full and
+/// beside the rest, since a sensor does not lie anywhere between: readings of their moment are at one end, means of the sample
+/// before at the other.
+const BOUNDS: f64 = 1.732;
+/// Standard deviations from which on damping is told.
+const TOLD: f64 = 3.0;
 
 /// Stiffness and damping from the presses of a link.
 pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
-    // A press that took dry friction for stiffness and damping is overruled by those that told them apart.
-    let dry = facts.presses.iter().any(|p| p.dry);
-    let presses: Vec<Press> = facts.presses.iter().filter(|p| p.dry || !dry).cloned().collect();
+    // A press that took dry friction for stiffness and damping is overruled by those that told them apart, if they are not
+    // the few: a spot has dry friction in every press.
+    let dry = 2 * facts.presses.iter().filter(|p| p.dry).count() >= facts.presses.len().max(1);
+    let presses: Vec<Press> = facts.presses.iter().filter(|p| p.dry == dry).cloned().collect();
     let from: Vec<String> = presses.iter().map(|p| p.interaction.clone()).collect();
     let tracked = presses.iter().any(|p| p.share.is_some());
     let method = if tracked {
@@ -53,7 +58,7 @@ pub(super) fn write_presses(link: &mut Link, facts: &Facts) {
     link.damping = damping_of(&presses, from, method).map(|e| stiffer(e, &tip, 2));
 }
 
-/// Damping as the tool feels it, where it stands out.
+/// Damping as the tool feels it, where all presses together tell it: those that tell it alone are those that tell too much.
 fn damping_of(presses: &[Press], from: Vec<String>, method: &str) -> Option<Estimate> {
     let told = presses.iter().filter_map(|p| Some((p.damping?, p.lagging)));
     let (trials, shared): (Vec<_>, Vec<f64>) = told
@@ -62,11 +67,13 @@ fn damping_of(presses: &[Press], from: Vec<String>, method: &str) -> Option<Esti
     let common = shared.iter().sum::<f64>() / shared.len().max(1) as f64;
     let found = pooled(&trials, 2.0 * SCATTER, 0.0, "N·s/m", from, method)?;
     let [low, high] = found.ci95?;
-    // A lag lies evenly within bounds: it has no tails.
-    let side = |end: f64| (end - found.value).signum() * (end - found.value).hypot(EVEN * common);
-    let ci95 = [found.value + side(low), found.value + side(high)];
-    let sd = found.sd.map(|sd| sd.hypot(common));
-    Some(Estimate { sd, ..found }.with_interval(ci95))
+    let ci95 = [low - BOUNDS * common, high + BOUNDS * common];
+    let sd = found.sd?.hypot(common);
+    let told = found.value > TOLD * sd;
+    told.then_some(Estimate {
+        sd: Some(sd),
+        ..found.with_interval(ci95)
+    })
 }
 
 /// What the tool feels as what the body has, `power` times the factor of the tip.

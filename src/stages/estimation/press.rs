@@ -23,7 +23,7 @@ pub(super) struct Press {
     pub interaction: String,
     /// As the tool sees it, tip and body in series, N/m.
     pub seen: (f64, f64),
-    /// N·s/m as the tool sees it, where it stands out.
+    /// N·s/m as the tool sees it.
     pub damping: Option<(f64, f64)>,
     /// Share of the variance of that which all presses share.
     pub lagging: f64,
@@ -193,7 +193,7 @@ pub(super) fn press_of(
             .filter(|s| s.hardening.is_none())
             .map_or((seen.0, seen.1.hypot(0.003 * seen.0)), |s| s.stiffness),
         damping: match simulated {
-            Some(s) => (s.damping.0 > 3.0 * s.damping.1).then_some(s.damping),
+            Some(s) => Some(s.damping),
             None => clear.then(|| (fit.x[2], damping_sd)),
         },
         lagging: simulated.map_or(1.0, |s| s.lagging),

@@ -27,12 +27,18 @@ pub(super) struct Spun {
     /// The four at that mass, and by how much they move with its logarithm.
     mean: nalgebra::Vector4<f64>,
     slope: nalgebra::Vector4<f64>,
-    information: SMatrix<f64, 4, 4>,
+    /// Their covariance, with how the radius of gyration strays from push to push.
+    covariance: SMatrix<f64, 4, 4>,
 }
 
-/// By how much these four stray from push to push beside what the law says (1 sd): pressure and friction are not the same
-/// everywhere.
-const STRAYS: [f64; 4] = [5e-4, 5e-4, 0.03, 0.04];
+/// By how much the moment of friction strays from push to push beside what the law says, as a share of friction force times
+/// torsional radius: pressure is not even, and feet that chatter bear by turns. It moves both the middle of what rubs and the
+/// torsional radius. What is expected, and the sd of its logarithm; how much it is of a thing is learnt from its pushes.
+const STRAYS: (f64, f64) = (0.04, 0.7);
+/// What is tried of it, in half doublings.
+const TRIED: std::ops::RangeInclusive<i32> = -4..=4;
+/// By how much the radius of gyration that a push tells strays (1 sd of the logarithm).
+const TURNS: f64 = 0.04;
 
 impl Spun {
     /// From the solution of a push (logarithm of the mass, then the four) with its covariance under priors of mean nought
@@ -70,24 +76,34 @@ impl Spun {
         let mean = loose * (pull.fixed_rows::<4>(1) - coupling * mass);
         // A push that hardly turned says something only far from where it was linearised: there it is doubted by the second
         // order.
-        let bent = |k: usize| if k < 2 { 0.0 } else { mean[k] * mean[k] };
-        let strays = nalgebra::Vector4::from_fn(|k, _| STRAYS[k] * STRAYS[k] + bent(k) * bent(k));
-        let strays = SMatrix::<f64, 4, 4>::from_diagonal(&strays);
+        let bent = |k: usize| mean[k] * mean[k];
+        let strays = nalgebra::Vector4::new(0.0, 0.0, bent(2).powi(2), bent(3).hypot(TURNS).powi(2));
         Some(Self {
             interaction: interaction.into(),
             normal,
             mass,
             mean,
             slope: -(loose * coupling),
-            information: (loose + strays).try_inverse()?,
+            covariance: loose + SMatrix::from_diagonal(&strays),
         })
     }
 
+    /// Their covariance where the moment of friction strays by the share `strays`, of a shape with this torsional radius (m).
+    fn about(&self, strays: f64, torsional_radius: f64) -> SMatrix<f64, 4, 4> {
+        let [middle, radius] = [strays * torsional_radius, strays].map(|s| s * s);
+        self.covariance + SMatrix::from_diagonal(&nalgebra::Vector4::new(middle, middle, radius, 0.0))
+    }
+
     /// What `at` misses by, in standard deviations.
-    fn misses(&self, log_mass: f64, at: &nalgebra::Vector4<f64>) -> nalgebra::Vector4<f64> {
+    fn misses(
+        &self,
+        log_mass: f64,
+        at: &nalgebra::Vector4<f64>,
+        covariance: SMatrix<f64, 4, 4>,
+    ) -> nalgebra::Vector4<f64> {
         let off = at - self.mean - self.slope * (log_mass - self.mass);
-        let eigen = self.information.symmetric_eigen();
-        let roots = eigen.eigenvalues.map(|v| v.max(0.0).sqrt());
+        let eigen = covariance.symmetric_eigen();
+        let roots = eigen.eigenvalues.map(|v| v.max(1e-18).sqrt().recip());
         (eigen.eigenvectors.transpose() * off).component_mul(&roots)
     }
 }
@@ -103,7 +119,7 @@ const TORSION: f64 = 0.3;
 /// Residuals that are not of pushes.
 const OWN: usize = 11;
 /// Share of the radius of gyration that the law of pushing (limit surface, rigid contact) leaves open.
-const FORM: f64 = 0.03;
+const FORM: f64 = 0.04;
 /// Doubt of the centre of mass beyond what the pushes leave, as a share of what the shape leaves open: the pressure is not
 /// quite even, and how high the centre lies is guessed.
 const CENTRE: f64 = 0.02;
@@ -119,6 +135,9 @@ struct Sought<'a> {
     centroid: Vector3<f64>,
     gyration: f64,
     spins: &'a [Spun],
+    /// Share by which the moment of friction strays (1 sd), and the shape's torsional radius, m.
+    strays: f64,
+    torsional_radius: f64,
     /// Factor on what the pushes are trusted to.
     doubt: f64,
 }
@@ -148,7 +167,8 @@ impl Sought<'_> {
             let off = plane.flat(&(body.com() - self.centroid));
             let rho = (body.gyration_radius(&spun.normal) / self.gyration).ln();
             let at = nalgebra::Vector4::new(off.x, off.y, x[10], rho);
-            let misses = spun.misses(2.0 * x[0], &at) / self.doubt;
+            let covariance = spun.about(self.strays, self.torsional_radius);
+            let misses = spun.misses(2.0 * x[0], &at, covariance) / self.doubt;
             out.extend(misses.iter());
         }
         DVector::from_vec(out)
@@ -159,6 +179,28 @@ impl Sought<'_> {
         let steps = DVector::from_fn(11, |k, _| if (4..10).contains(&k) { 1e-6 } else { 1e-5 });
         let found = levenberg_marquardt(&start, &steps, Settings::default(), |x| self.residuals(x))?;
         found.x.iter().all(|v| v.is_finite()).then_some(found)
+    }
+
+    /// The fit with the most probable share by which the moment of friction strays, all else integrated out by Laplace's
+    /// method.
+    fn settle(&mut self) -> Option<Fit> {
+        let size = |determinant: f64| 0.5 * determinant.max(1e-300).ln();
+        let mut best: Option<(f64, f64, Fit)> = None;
+        for half_doublings in TRIED.filter(|k| *k == 0 || !self.spins.is_empty()) {
+            let log = 0.5 * f64::from(half_doublings) * std::f64::consts::LN_2;
+            self.strays = STRAYS.0 * log.exp();
+            let Some(fit) = self.fit() else { continue };
+            let about = |s: &Spun| size(s.about(self.strays, self.torsional_radius).determinant());
+            let wide: f64 = self.spins.iter().map(about).sum();
+            let before = 0.5 * (log / STRAYS.1).powi(2);
+            let lost = fit.cost + wide + before - size(fit.covariance.determinant());
+            if best.as_ref().is_none_or(|b| lost < b.0) {
+                best = Some((lost, self.strays, fit));
+            }
+        }
+        let (_, strays, fit) = best?;
+        self.strays = strays;
+        Some(fit)
     }
 }
 
@@ -178,9 +220,11 @@ pub(super) fn write_inertia(link: &mut Link, before: &Before, spins: &[Spun], sh
         centroid: centroid.coords,
         gyration: shape.gyration_radius,
         spins,
+        strays: STRAYS.0,
+        torsional_radius: shape.torsional_radius,
         doubt: 1.0,
     };
-    let mut fit = sought.fit()?;
+    let mut fit = sought.settle()?;
     // Pushes that disagree beyond their own noise are trusted the less, all of them.
     let apart: f64 = fit.residuals.iter().skip(OWN).map(|r| r * r).sum();
     let excess = apart / (4.0 * spins.len() as f64 - 2.0).max(1.0);

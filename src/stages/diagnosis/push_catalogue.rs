@@ -314,7 +314,7 @@ fn bias_laws(pushes: &Pushes) -> Vec<Law> {
             "the sensor reads a force of fixed direction in the room without touching",
         ));
     } else {
-        // The tool kept its orientation: the frames of tool and room are one, and the tool's is the likelier.
+        // The tool kept its orientation: the frames of tool and room are one.
         laws.push(law(
             "force-bias",
             "sensor",

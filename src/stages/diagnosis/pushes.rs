@@ -26,6 +26,8 @@ const LOADS_VARY: f64 = 1.3;
 /// Highest speed of the tool over the lowest from which on friction may be asked whether it depends on speed.
 const PACES: f64 = 1.4;
 
+/// How common it is that what a finger reads keeps its direction in the room because the finger's frame stands still.
+const OF_THE_FINGER: f64 = 0.3;
 /// Fewest pushes from which a cause is named.
 const FEWEST: usize = 3;
 
@@ -268,6 +270,17 @@ fn held(friction: &Vector2<f64>, table: &Vector2<f64>) -> Vector2<f64> {
 impl Family for Pushes {
     fn sheet(&self) -> &Sheet {
         &self.sheet
+    }
+
+    /// What a finger reads that moves with the way of the push has its own law; what keeps its direction in the room is of the
+    /// room, unless the finger's own frame stands still in it.
+    fn commonness(&self, law: usize) -> f64 {
+        let law = &self.sheet.laws[law];
+        if law.cause == "force-bias" && law.form == push_laws::form::BIAS_WORLD {
+            OF_THE_FINGER
+        } else {
+            1.0
+        }
     }
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {

@@ -115,9 +115,10 @@ pub fn diagnose(
     // A force that comes up late puts the first touch late, and what is tracked before it.
     findings.extend(late.as_ref().map(HandDelay::finding));
     if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
+        let even = if findings.iter().any(at_a_place) { &[] } else { fast };
         take_up(
             &mut findings,
-            delay_finding(&slid).or_else(|| inertia::delay_finding(fast)),
+            delay_finding(&slid).or_else(|| inertia::delay_finding(even)),
         );
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
@@ -153,6 +154,14 @@ pub fn diagnose(
         effect_sizes: curves.effect_sizes,
         levels: curves.levels,
     })
+}
+
+/// Causes that act on a body at one place of the support.
+const AT_A_PLACE: [&str; 4] = ["magnet", "bump", "friction-patch", "hidden-body"];
+
+/// What rubs more at one place moves the moment at which a body that was pushed fast comes to rest, as a delay does.
+fn at_a_place(finding: &Finding) -> bool {
+    AT_A_PLACE.contains(&finding.cause.as_str())
 }
 
 /// Of a push whose force is cut off only its beginning was felt, with all of the body's way after it.

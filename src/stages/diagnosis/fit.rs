@@ -1,9 +1,10 @@
 //! A penalised Gauss-Newton fit of the marginal likelihood over all interactions, the noise learnt on the way.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::family::{Family, Parameter};
-use super::marginal::{GroupState, Noise, Point, group_state};
+use super::marginal::{GroupState, Noise, Point, Tangent};
 
 /// A model that was fitted.
 #[derive(Clone, Debug)]
@@ -44,12 +45,21 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    fn states(&self, theta: &[f64], noise: &Noise) -> Vec<GroupState> {
+    fn flat(&self, theta: &[f64]) -> Vec<Tangent> {
         let point = Point { laws: self.laws, theta };
-        self.groups
-            .iter()
-            .map(|g| group_state(self.family, *g, &point, &self.steps, noise))
-            .collect()
+        let one = |g: &usize| Tangent::flat(self.family, *g, &point);
+        self.groups.par_iter().map(one).collect()
+    }
+
+    fn sloped(&self, flat: Vec<Tangent>, theta: &[f64]) -> Vec<Tangent> {
+        let point = Point { laws: self.laws, theta };
+        let one = |t: Tangent| t.sloped(self.family, &point, &self.steps);
+        flat.into_par_iter().map(one).collect()
+    }
+
+    fn states(&self, tangents: &[Tangent], noise: &Noise) -> Vec<GroupState> {
+        let one = |t: &Tangent| t.state(self.family, noise);
+        tangents.par_iter().map(one).collect()
     }
 
     fn penalty(&self, theta: &[f64]) -> f64 {
@@ -119,7 +129,8 @@ pub fn fit(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, gr
     let mut theta = start.to_vec();
     problem.clamp(&mut theta);
     let mut noise = noise.clone();
-    let mut states = problem.states(&theta, &noise);
+    let mut tangents = problem.sloped(problem.flat(&theta), &theta);
+    let mut states = problem.states(&tangents, &noise);
     let objective = |states: &[GroupState], theta: &[f64], noise: &Noise| {
         states.iter().map(|s| s.log_likelihood).sum::<f64>() - problem.penalty(theta) + scatter_prior(family, noise)
     };
@@ -132,11 +143,13 @@ pub fn fit(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, gr
             let step = problem.step(&theta, &h, &b, damping);
             let mut tried: Vec<f64> = theta.iter().zip(step.iter()).map(|(t, s)| t + s).collect();
             problem.clamp(&mut tried);
-            let there = problem.states(&tried, &noise);
-            let value = objective(&there, &tried, &noise);
+            let flat = problem.flat(&tried);
+            let value = objective(&problem.states(&flat, &noise), &tried, &noise);
             if value > best {
                 gained = value - best;
-                (theta, states, best) = (tried, there, value);
+                tangents = problem.sloped(flat, &tried);
+                states = problem.states(&tangents, &noise);
+                (theta, best) = (tried, value);
                 damping = (damping * 0.3).max(1e-6);
                 break;
             }
@@ -146,7 +159,7 @@ pub fn fit(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, gr
         // the signal's change are not quite: where all levels together do not, one kind of them may.
         let learnt = learn(family, groups, &noise, &states);
         for tried in std::iter::once(learnt.clone()).chain(noise.one_by_one(&learnt)) {
-            let there = problem.states(&theta, &tried);
+            let there = problem.states(&tangents, &tried);
             let value = objective(&there, &theta, &tried);
             if value > best {
                 gained += value - best;

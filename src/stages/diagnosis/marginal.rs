@@ -100,21 +100,6 @@ fn log_det_of_noise(family: &dyn Family, group: usize, noise: &Noise) -> f64 {
     family.groups()[group].channels.iter().map(channel).sum()
 }
 
-fn columns(
-    family: &dyn Family,
-    group: usize,
-    noise: &Noise,
-    weight: &[f64],
-    at: &[f64],
-    all: impl Iterator<Item = (Vec<f64>, f64)>,
-) -> Vec<Vec<f64>> {
-    all.map(|(moved, step)| {
-        let slope: Vec<f64> = moved.iter().zip(at).map(|(m, a)| (m - a) / step).collect();
-        whitened(family, group, noise, weight, &slope)
-    })
-    .collect()
-}
-
 /// The parameters of the base and of every law that is on, in one row.
 pub struct Point<'a> {
     pub laws: &'a [usize],
@@ -138,22 +123,158 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// A group's model about `point`, to first order, in units of the noise and freed of its correlation.
-pub struct Linear {
+/// A group's model about a point of the parameters, to first order, SI: what does not depend on the noise.
+#[derive(Clone, Debug)]
+pub struct Tangent {
+    group: usize,
+    /// Predicted without random effects.
+    here: Vec<f64>,
+    /// Measured less predicted.
+    residual: Vec<f64>,
     /// Weights of the samples.
     pub weight: Vec<f64>,
-    /// Measured less predicted, SI.
-    pub residual: Vec<f64>,
-    /// The same, whitened.
+    /// Slopes by the random effects, and by the parameters.
+    effects: Vec<Vec<f64>>,
+    parameters: Vec<Vec<f64>>,
+}
+
+fn slope(moved: &[f64], here: &[f64], step: f64) -> Vec<f64> {
+    moved.iter().zip(here).map(|(m, a)| (m - a) / step).collect()
+}
+
+impl Tangent {
+    /// Without the slopes by the parameters, which the likelihood does not need.
+    pub fn flat(family: &dyn Family, group: usize, point: &Point) -> Self {
+        let none = vec![0.0; family.scatter().len()];
+        let here = predict(family, group, point, &none);
+        let measured = family.groups()[group]
+            .channels
+            .iter()
+            .flat_map(|c| c.measured.iter().copied());
+        let residual = measured.zip(&here).map(|(m, p)| m - p).collect();
+        let shaken = |k: usize| {
+            let step = family.scatter()[k].step;
+            let mut effects = none.clone();
+            effects[k] = step;
+            slope(&predict(family, group, point, &effects), &here, step)
+        };
+        Self {
+            effects: (0..none.len()).map(shaken).collect(),
+            weight: weights(family, group),
+            parameters: Vec::new(),
+            group,
+            here,
+            residual,
+        }
+    }
+
+    /// With the slopes by the parameters; `steps` are their finite steps.
+    pub fn sloped(mut self, family: &dyn Family, point: &Point, steps: &[f64]) -> Self {
+        let moved = |k: usize| {
+            let mut theta = point.theta.to_vec();
+            theta[k] += steps[k];
+            let there = Point {
+                laws: point.laws,
+                theta: &theta,
+            };
+            let none = vec![0.0; self.effects.len()];
+            slope(&predict(family, self.group, &there, &none), &self.here, steps[k])
+        };
+        self.parameters = (0..steps.len()).map(moved).collect();
+        self
+    }
+
+    fn whitened(&self, family: &dyn Family, noise: &Noise, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let one = |c: &Vec<f64>| whitened(family, self.group, noise, &self.weight, c);
+        columns.iter().map(one).collect()
+    }
+
+    /// In units of the noise and freed of its correlation.
+    pub fn linear(&self, family: &dyn Family, noise: &Noise) -> Linear {
+        let effects = self.whitened(family, noise, &self.effects);
+        let whitened = whitened(family, self.group, noise, &self.weight, &self.residual);
+        let q = effects.len();
+        let prior = DMatrix::from_diagonal(&DVector::from_iterator(q, noise.tau.iter().map(|t| t.powi(-2))));
+        let chol = nalgebra::Cholesky::new(DMatrix::from_fn(q, q, |i, j| dot(&effects[i], &effects[j])) + prior);
+        Linear {
+            covariance: chol
+                .as_ref()
+                .map_or_else(|| DMatrix::zeros(q, q), nalgebra::Cholesky::inverse),
+            log_precision: chol.map_or(0.0, |c| 2.0 * c.l().diagonal().iter().map(|x| x.ln()).sum::<f64>()),
+            whitened,
+            jacobian: self.whitened(family, noise, &self.parameters),
+            effects,
+        }
+    }
+
+    /// Everything that the group says here at these levels of noise.
+    pub fn state(&self, family: &dyn Family, noise: &Noise) -> GroupState {
+        let linear = self.linear(family, noise);
+        let Linear {
+            whitened: r,
+            jacobian,
+            effects,
+            covariance,
+            log_precision,
+        } = &linear;
+        let (p, q) = (jacobian.len(), effects.len());
+        let zr = DVector::from_fn(q, |i, _| dot(&effects[i], r));
+        let zj = DMatrix::from_fn(q, p, |i, j| dot(&effects[i], &jacobian[j]));
+        let best = covariance * &zr;
+        let square = dot(r, r) - zr.dot(&best);
+        let through = zj.transpose() * covariance;
+        let scatter = noise.tau.iter().map(|t| 2.0 * t.ln()).sum::<f64>();
+        let log_det = log_det_of_noise(family, self.group, noise) + log_precision + scatter;
+        let mut direct = DMatrix::zeros(p, p);
+        for i in 0..p {
+            for j in i..p {
+                direct[(i, j)] = dot(&jacobian[i], &jacobian[j]);
+                direct[(j, i)] = direct[(i, j)];
+            }
+        }
+        GroupState {
+            log_likelihood: -0.5 * (square + log_det + r.len() as f64 * std::f64::consts::TAU.ln()),
+            gradient: DVector::from_fn(p, |i, _| dot(&jacobian[i], r)) - zj.transpose() * &best,
+            information: direct - &through * &zj,
+            square,
+            log_det,
+            samples: r.len(),
+            left: self.left(family, &best),
+            effects: best,
+            effect_covariance: linear.covariance,
+        }
+    }
+
+    /// Weighted residuals without these random effects, by channel.
+    fn left(&self, family: &dyn Family, effects: &DVector<f64>) -> Vec<Vec<f64>> {
+        let mut left = self.residual.clone();
+        for (k, slope) in self.effects.iter().enumerate() {
+            for (l, s) in left.iter_mut().zip(slope) {
+                *l -= effects[k] * s;
+            }
+        }
+        for (l, w) in left.iter_mut().zip(&self.weight) {
+            *l *= w;
+        }
+        let mut parts = Vec::new();
+        for channel in &family.groups()[self.group].channels {
+            let rest = left.split_off(channel.measured.len());
+            parts.push(std::mem::replace(&mut left, rest));
+        }
+        parts
+    }
+}
+
+/// A group's model in units of the noise and freed of its correlation.
+pub struct Linear {
+    /// Measured less predicted.
     pub whitened: Vec<f64>,
-    /// Columns of the parameters, whitened.
+    /// Columns of the parameters, and of the random effects.
     pub jacobian: Vec<Vec<f64>>,
-    /// Columns of the random effects, whitened, and in SI.
-    pub effects: Vec<Vec<f64>>,
-    pub slopes: Vec<Vec<f64>>,
+    effects: Vec<Vec<f64>>,
     /// Covariance of the random effects, and the log-determinant of its inverse.
-    pub covariance: DMatrix<f64>,
-    pub log_precision: f64,
+    covariance: DMatrix<f64>,
+    log_precision: f64,
 }
 
 impl Linear {
@@ -166,102 +287,8 @@ impl Linear {
     }
 }
 
-/// The linear model of a group; `steps` are the finite steps of the parameters.
-pub fn linear(family: &dyn Family, group: usize, point: &Point, steps: &[f64], noise: &Noise) -> Linear {
-    let none = vec![0.0; noise.tau.len()];
-    let here = predict(family, group, point, &none);
-    let weight = weights(family, group);
-    let measured = family.groups()[group]
-        .channels
-        .iter()
-        .flat_map(|c| c.measured.iter().copied());
-    let residual: Vec<f64> = measured.zip(&here).map(|(m, p)| m - p).collect();
-    let moved = (0..steps.len()).map(|k| {
-        let mut theta = point.theta.to_vec();
-        theta[k] += steps[k];
-        let there = Point {
-            laws: point.laws,
-            theta: &theta,
-        };
-        (predict(family, group, &there, &none), steps[k])
-    });
-    let jacobian = columns(family, group, noise, &weight, &here, moved);
-    let shaken = (0..none.len()).map(|k| {
-        let step = family.scatter()[k].step;
-        let mut effects = none.clone();
-        effects[k] = step;
-        (predict(family, group, point, &effects), step)
-    });
-    let raw: Vec<(Vec<f64>, f64)> = shaken.collect();
-    let slopes = raw
-        .iter()
-        .map(|(m, step)| m.iter().zip(&here).map(|(m, a)| (m - a) / step).collect())
-        .collect();
-    let effects = columns(family, group, noise, &weight, &here, raw.into_iter());
-    let whitened = whitened(family, group, noise, &weight, &residual);
-    let q = effects.len();
-    let prior = DMatrix::from_diagonal(&DVector::from_iterator(q, noise.tau.iter().map(|t| t.powi(-2))));
-    let chol = nalgebra::Cholesky::new(DMatrix::from_fn(q, q, |i, j| dot(&effects[i], &effects[j])) + prior);
-    Linear {
-        covariance: chol
-            .as_ref()
-            .map_or_else(|| DMatrix::zeros(q, q), nalgebra::Cholesky::inverse),
-        log_precision: chol.map_or(0.0, |c| 2.0 * c.l().diagonal().iter().map(|x| x.ln()).sum::<f64>()),
-        weight,
-        residual,
-        whitened,
-        jacobian,
-        effects,
-        slopes,
-    }
-}
-
 /// Everything that a group says at `point`; `steps` are the finite steps of the parameters.
 pub fn group_state(family: &dyn Family, group: usize, point: &Point, steps: &[f64], noise: &Noise) -> GroupState {
-    let Linear {
-        weight,
-        residual,
-        whitened: r,
-        jacobian,
-        effects,
-        slopes,
-        covariance,
-        log_precision,
-    } = linear(family, group, point, steps, noise);
-    let (p, q) = (jacobian.len(), effects.len());
-    let zr = DVector::from_fn(q, |i, _| dot(&effects[i], &r));
-    let zj = DMatrix::from_fn(q, p, |i, j| dot(&effects[i], &jacobian[j]));
-    let square = dot(&r, &r) - zr.dot(&(&covariance * &zr));
-    let gradient = DVector::from_fn(p, |i, _| dot(&jacobian[i], &r)) - zj.transpose() * (&covariance * &zr);
-    let information =
-        DMatrix::from_fn(p, p, |i, j| dot(&jacobian[i], &jacobian[j])) - zj.transpose() * &covariance * &zj;
-    let log_det =
-        log_det_of_noise(family, group, noise) + log_precision + noise.tau.iter().map(|t| 2.0 * t.ln()).sum::<f64>();
-    let best = &covariance * &zr;
-    let mut left: Vec<f64> = residual;
-    for (k, slope) in slopes.iter().enumerate() {
-        for (l, s) in left.iter_mut().zip(slope) {
-            *l -= best[k] * s;
-        }
-    }
-    for (l, w) in left.iter_mut().zip(&weight) {
-        *l *= w;
-    }
-    let mut parts = Vec::new();
-    for channel in &family.groups()[group].channels {
-        let rest = left.split_off(channel.measured.len());
-        parts.push(std::mem::replace(&mut left, rest));
-    }
-    let samples = r.len();
-    GroupState {
-        log_likelihood: -0.5 * (square + log_det + samples as f64 * std::f64::consts::TAU.ln()),
-        gradient,
-        information,
-        square,
-        log_det,
-        samples,
-        effects: best,
-        effect_covariance: covariance,
-        left: parts,
-    }
+    let tangent = Tangent::flat(family, group, point).sloped(family, point, steps);
+    tangent.state(family, noise)
 }

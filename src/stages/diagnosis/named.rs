@@ -28,6 +28,10 @@ const TELLS: f64 = 0.3;
 const REPEATS: f64 = 1.0;
 /// What it adds there beside the noise at rest, in units of that.
 const SHAKEN: f64 = 1.5;
+/// Share of the first effect's log evidence below which one after it is a lesser one; share of the error above the noise that such a
+/// one has to take away where something is left unexplained.
+const LESSER: f64 = 0.5;
+const HOLLOW: f64 = 0.05;
 /// Causes less likely than this are not listed.
 const NEGLIGIBLE: f64 = 0.005;
 
@@ -56,7 +60,9 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         // Motions that all pass the place have to be foretold better by it, where they can tell.
         let mute = taken.gain > BEYOND_DOUBT && !judged(family, &before, &after, taken.law);
         let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE && !mute;
-        if !gain.held_out.is_empty() && (gain.reduction < WORSE && vetoed || misplaced || idle) {
+        let further = out.first().is_some_and(|_| taken.gain < LESSER * ladder.taken[0].gain);
+        let hollow = further && hollow(family, ladder, &gain, taken.law);
+        if !gain.held_out.is_empty() && (gain.reduction < WORSE && vetoed || misplaced || idle || hollow) {
             laws.pop();
             continue;
         }
@@ -103,6 +109,11 @@ fn worse(family: &dyn Family, gain: &Gain, kind: usize) -> bool {
         .map_or(0.0, |k| k.sigma)
         .max(family.unforeseen());
     gain.rmse_after.powi(2) - gain.rmse_before.powi(2) > (SHAKEN * floor).powi(2)
+}
+
+/// A further effect of a model that stays wrong has to foretell more than what it was fitted to, where there is more.
+fn hollow(family: &dyn Family, ladder: &Ladder, gain: &Gain, law: usize) -> bool {
+    ladder.left.is_some() && gain.reduction < HOLLOW && above_noise(family, gain, law)
 }
 
 fn above_noise(family: &dyn Family, gain: &Gain, law: usize) -> bool {

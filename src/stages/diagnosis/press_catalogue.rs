@@ -130,10 +130,12 @@ fn memory_laws(deepest: f64) -> Vec<Law> {
         )
     };
     let used = |form| {
-        plain(
+        law(
             "softening-by-use",
             form,
-            share(),
+            vec![share()],
+            vec![Parameter::scale("reach", "m", deepest, 0.7)],
+            logs(&[0.4 * deepest, deepest]),
             "where it was pressed before it is softer",
         )
     };

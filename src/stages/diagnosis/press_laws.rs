@@ -117,7 +117,7 @@ impl Memory {
     fn material(&mut self, a: &Active, m: &Moment, depth: f64, inside: f64, moved: f64) -> f64 {
         let (v, k, s) = (a.values, self.stiffness, self.scale);
         let touching = inside > 0.0;
-        let used = |deepest: f64| -k * inside * v[0] * ((deepest - inside) / s).clamp(0.0, 1.0);
+        let used = |deepest: f64| -k * inside * v[0] * ((deepest - inside) / v[1].exp()).clamp(0.0, 1.0);
         match a.law.form {
             form::CURVED => k * inside * v[0] * inside / s,
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),

@@ -1,6 +1,7 @@
 //! Which laws are worth a full fit, by score tests, and their fits.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
@@ -55,7 +56,9 @@ pub struct Scored {
 
 /// Score (Lagrange multiplier) test of every law at every point of its grid.
 pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>) -> Vec<Scored> {
+    let laws: Vec<usize> = laws.collect();
     let mut scored: Vec<Scored> = laws
+        .into_par_iter()
         .map(|law| {
             let mut points: Vec<(f64, Vec<f64>)> = family.laws()[law]
                 .grid
@@ -225,7 +228,7 @@ pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candida
         .filter(|s| s.score > WORTH && !s.starts.is_empty())
         .collect();
     kept.truncate(FITTED);
-    kept.iter()
+    kept.par_iter()
         .map(|s| {
             let mut laws = base.laws.clone();
             laws.push(s.law);

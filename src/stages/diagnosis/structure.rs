@@ -3,11 +3,12 @@
 //! Kennedy and O'Hagan (2001) add such a term to every model; here it never explains, it only says that something is left.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::Quantity;
 use super::family::Family;
 use super::fit::{Fit, parameters};
-use super::marginal::{Linear, Point, linear, whitened};
+use super::marginal::{Linear, Point, Tangent, whitened};
 use crate::math::chi_squared_tail;
 use crate::twin::Evidence;
 
@@ -122,7 +123,7 @@ fn smooth(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
 struct Left<'a> {
     family: &'a dyn Family,
     fit: &'a Fit,
-    groups: Vec<Linear>,
+    groups: Vec<(Tangent, Linear)>,
     /// Covariates of each group's samples.
     covariates: Vec<Vec<Vec<f64>>>,
     names: Vec<&'static str>,
@@ -154,8 +155,12 @@ impl<'a> Left<'a> {
             laws: &fit.laws,
             theta: &fit.theta,
         };
-        let of = |g: &usize| linear(family, *g, &point, &steps, &fit.noise);
-        let groups: Vec<Linear> = fit.groups.iter().map(of).collect();
+        let of = |g: &usize| {
+            let tangent = Tangent::flat(family, *g, &point).sloped(family, &point, &steps);
+            let linear = tangent.linear(family, &fit.noise);
+            (tangent, linear)
+        };
+        let groups: Vec<(Tangent, Linear)> = fit.groups.par_iter().map(of).collect();
         let names: Vec<&'static str> = family.covariates(*fit.groups.first()?).iter().map(|c| c.0).collect();
         let covariates = fit.groups.iter().map(|g| {
             let own = family.covariates(*g);
@@ -168,7 +173,7 @@ impl<'a> Left<'a> {
             .zip(&fit.theta)
             .map(|(x, t)| -(t - x.centre) / x.sd.powi(2));
         let mut slope = DVector::from_iterator(p, pull);
-        for (linear, state) in groups.iter().zip(&fit.states) {
+        for ((_, linear), state) in groups.iter().zip(&fit.states) {
             debug_assert_eq!(linear.jacobian.len(), p);
             h += &state.information;
             slope += &state.gradient;
@@ -200,7 +205,7 @@ impl<'a> Left<'a> {
             DMatrix::zeros(count, p),
             DVector::zeros(count),
         );
-        for (k, linear) in self.groups.iter().enumerate() {
+        for (k, (tangent, linear)) in self.groups.iter().enumerate() {
             let height = |c: usize, i: usize| -> f64 {
                 let mut at = c;
                 let each = on.iter().zip(&ranges).map(|(axis, (low, high))| {
@@ -216,11 +221,11 @@ impl<'a> Left<'a> {
                 });
                 sigma * each.product::<f64>()
             };
-            let n = linear.residual.len();
+            let n = linear.whitened.len();
             let columns: Vec<Vec<f64>> = (0..count)
                 .map(|c| {
                     let raw: Vec<f64> = (0..n).map(|i| height(c, i)).collect();
-                    whitened(self.family, self.fit.groups[k], &self.fit.noise, &linear.weight, &raw)
+                    whitened(self.family, self.fit.groups[k], &self.fit.noise, &tangent.weight, &raw)
                 })
                 .collect();
             dd += linear.inner(&columns, &columns);

@@ -93,6 +93,19 @@ fn a_cause_that_only_mimics_the_true_one_is_not_told_as_the_whole() {
 }
 
 #[test]
+fn what_softens_with_use_needs_no_second_name() {
+    for (strength, seed) in [(2.5, 5), (2.0, 6)] {
+        let run = probed("probe-presses", &format!("softening-by-use:{strength}"), seed);
+        assert_eq!(named(&run), ["softening-by-use"]);
+        let found = &run.diagnosis.findings[0];
+        let share = found.parameters["a"].value;
+        // Another form: `min(1, x / reach)` for the world's `tanh(x / 3 mm)`.
+        assert!((share / (0.3 * strength) - 1.0).abs() < 0.25, "{share}");
+        assert!(found.gain.reduction > 0.8, "{:?}", found.gain);
+    }
+}
+
+#[test]
 fn a_tool_that_touches_beside_where_its_path_says_is_no_offset_centre() {
     let run = probed("probe-pushes", "contact-point-offset", 5);
     assert_eq!(named(&run), ["contact-point-offset"]);

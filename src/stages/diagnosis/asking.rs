@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use crate::twin::{Experiment, Finding};
 
 /// Sets of causes and the experiment that parts them.
-const PARTING: [(&[&str], &str); 25] = [
+const PARTING: [(&[&str], &str); 26] = [
     (
         &["bump", "friction-patch", "magnet"],
         "push across the same place in the opposite direction, then again with a known load on top: what resists both \
@@ -81,6 +81,11 @@ const PARTING: [(&[&str], &str); 25] = [
         &["contact-point-offset", "com-offset"],
         "push opposite faces, then turn the body by 90 degrees and push again: an offset of the tool stays in the room, a centre \
          of mass turns with the body",
+    ),
+    (
+        &["com-offset", "nonuniform-density"],
+        "push the body fast and off its middle, three times on either side, and let it spin until it rests: how soon it stops spinning \
+         tells its yaw inertia",
     ),
     (
         &["uneven-support-pressure", "com-offset", "tool-friction"],

@@ -8,7 +8,7 @@ use super::coupling::coupling_findings;
 use super::delay::{delay_finding, take_up};
 use super::family::Family;
 use super::frames::{frame_finding, put_right};
-use super::given::{finger_findings, scale_finding, yaw_findings};
+use super::given::{finger_findings, scale_finding};
 use super::hand_delay::{HandDelay, hand_delay};
 use super::inertia;
 use super::joints::joint_findings;
@@ -28,12 +28,13 @@ use super::sensor_lag::lag_of;
 use super::sinking::sinking_findings;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
+use super::uneven::{uneven, yaw_findings};
 use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
 use crate::stages::estimation::inertial;
-use crate::twin::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
+use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -118,7 +119,7 @@ pub fn diagnose(
         let even = if findings.iter().any(at_a_place) { &[] } else { fast };
         take_up(
             &mut findings,
-            delay_finding(&slid).or_else(|| inertia::delay_finding(even)),
+            delay_finding(&slid).or_else(|| inertia::delay_finding(even, model)),
         );
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
@@ -299,41 +300,7 @@ fn findings_of_inertia(capture: &Capture, model: &Model, pushed: bool, loads: &L
             findings.extend(yaw_findings(capture, model));
         }
     } else if findings.iter().filter(|f| acted_on(f)).all(|f| f.cause == "com-offset") {
-        uneven(findings, yaw_findings(capture, model), model);
-    }
-}
-
-/// Odds that a body whose centre is not the shape's has another inertia too, where that is not known.
-const OPEN: f64 = 0.07;
-/// Doubt of an inertia, as a share, up to which it is known not to be another.
-const KNOWN: f64 = 0.08;
-
-/// A centre of mass that is not the shape's and a yaw inertia that is not either are one thing: a density that is not even.
-fn uneven(findings: &mut [Finding], yaws: Vec<Finding>, model: &Model) {
-    for yaw in yaws {
-        if let Some(offset) = findings.iter_mut().find(|f| f.place == yaw.place) {
-            offset.cause = "nonuniform-density".into();
-            offset.parameters.extend(yaw.parameters);
-            offset.evidence.extend(yaw.evidence);
-        }
-    }
-    let spun = |name: &str| {
-        let inertia = model.twin.link(name).and_then(|l| l.inertia.as_ref());
-        inertia.filter(|i| i.is_measured()).is_some_and(|i| {
-            // The axis that it was spun about is the one that is known.
-            let known = |k: usize| i.sd.is_some_and(|sd| sd[k] < KNOWN * i.value[k]);
-            (0..3).any(known)
-        })
-    };
-    for offset in findings
-        .iter_mut()
-        .filter(|f| f.cause == "com-offset" && !spun(&f.place))
-    {
-        offset.probability -= OPEN.min(offset.probability);
-        offset.alternatives.push(CauseOdds {
-            cause: "nonuniform-density".into(),
-            probability: OPEN,
-        });
+        uneven(capture, model, findings);
     }
 }
 

@@ -1,13 +1,10 @@
 //! What the twin measured beside what is given or usual: weights that were stated, fingers as they are sold.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::offset;
 use super::told::{Told, gain};
 use crate::base::{Estimate, Notices};
 use crate::capture::{Capture, Segmented};
-use crate::geometry::mass_properties;
-use crate::stages::estimation::{Config, calibrate_force, support_normal};
+use crate::stages::estimation::{Config, calibrate_force};
 use crate::twin::{Finding, Link, Model};
 
 /// Standard deviations from the plain value from which on it counts, p below 6e-7, and the least share of it.
@@ -91,57 +88,3 @@ pub fn finger_findings(capture: &Capture, segmented: &[Segmented], model: &Model
     };
     model.twin.links().filter_map(|(_, link)| one(link)).collect()
 }
-
-/// Bodies that resist being spun about the support's normal more, or less, than their shape at uniform density does.
-pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
-    let up = support_normal(capture, model);
-    let one = |link: &Link| {
-        let (own, mass) = (link.inertia.as_ref()?, link.mass.as_ref()?);
-        let solid = mass_properties(model.meshes.get(link.mesh.as_ref()?)?)?;
-        if !own.method.starts_with(SPUN) || !own.is_measured() {
-            return None;
-        }
-        let normal = link.pose.rotation.inverse() * up.into_inner();
-        let about = |m: &Matrix3<f64>| normal.dot(&(m * normal));
-        let [xx, yy, zz, xy, xz, yz] = own.value;
-        let found = about(&Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
-        let plain = about(&(solid.inertia_per_density * (mass.value / solid.volume)));
-        let [x, y, z, ..] = own.sd?;
-        let sd = (normal
-            .component_mul(&normal)
-            .component_mul(&Vector3::new(x, y, z))
-            .norm()
-            / found)
-            .hypot(SHAPE);
-        let off = (found / plain).ln();
-        if off.abs() < (CLEAR * sd).max(TURNS) {
-            return None;
-        }
-        let told = Told {
-            cause: "yaw-inertia",
-            place: &link.name,
-            probability: 0.9,
-            rivals: &[],
-            parameter: (
-                "kappa",
-                Estimate::measured(off.exp(), off.exp() * sd, "1", own.from.clone(), &own.method),
-            ),
-            residual: "turning",
-            statistic: off.abs() / sd,
-            words: format!(
-                "{} resists being spun {:.2} times as much as its shape at uniform density",
-                link.name,
-                off.exp()
-            ),
-            gain: gain("rotation", "rad", [0.0; 2], Vec::new()),
-        };
-        Some(told.finding())
-    };
-    model.twin.links().filter_map(|(_, link)| one(link)).collect()
-}
-
-/// How an inertia is called that fast pushes told.
-const SPUN: &str = "push-spin";
-/// What a mesh leaves open of the inertia of its shape, and the least share that counts.
-const SHAPE: f64 = 0.02;
-const TURNS: f64 = 0.2;

@@ -65,6 +65,7 @@ mod toss_laws;
 mod tosses;
 mod trace;
 mod turns;
+mod uneven;
 mod white;
 
 pub use config::Config;

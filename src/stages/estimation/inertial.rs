@@ -42,6 +42,19 @@ impl Inertial {
         let own = (sd * sd - (by * self.delay.1).powi(2)).max((0.1 * sd).powi(2));
         (mean - by * (self.delay.0 - delay.0), own.sqrt().hypot(by * delay.1))
     }
+
+    /// The delay, s, with its standard deviation, where the logarithm of the mass, kg, is known from elsewhere to be `log_mass` with
+    /// its standard deviation.
+    pub fn delay_at(&self, log_mass: (f64, f64)) -> (f64, f64) {
+        let (mean, sd) = (self.mass.0.ln(), self.mass.1 / self.mass.0);
+        let variance = self.delay.1 * self.delay.1;
+        let slope = self.mass_by_delay * variance / (sd * sd);
+        let own = (variance - (slope * sd).powi(2)).max(0.01 * variance);
+        (
+            self.delay.0 + slope * (log_mass.0 - mean),
+            own.sqrt().hypot(slope * log_mass.1),
+        )
+    }
 }
 
 /// Every push that was fast enough to tell of inertia, of links that moved alone.
@@ -94,5 +107,8 @@ mod tests {
         assert!((sd - (0.2f64 * 0.2 - 0.18 * 0.18).sqrt()).abs() < 1e-12, "{sd}");
         let (mean, sd) = push.log_mass_at(push.delay);
         assert!((mean - 2.0f64.ln()).abs() < 1e-12 && (sd - 0.2).abs() < 1e-12, "{sd}");
+        let (delay, sd) = push.delay_at((2.0f64.ln() - 0.2, 0.0));
+        assert!((delay - (0.01 - 0.9 * 0.004)).abs() < 1e-12, "{delay}");
+        assert!((sd - 0.004 * 0.19f64.sqrt()).abs() < 1e-12, "{sd}");
     }
 }

@@ -30,6 +30,8 @@ const MISSED: f64 = 5.0;
 const LIGHTEST: f64 = 1.0 / 9.81;
 /// Pushes that prove a level where their momentum is missed, and where only their tops are flat; and least share of all.
 const PROOF: (usize, usize, f64) = (2, 3, 0.2);
+/// Readings whose mean does not exceed a level, and by how many of its standard deviations chance may lift it.
+const RUN: (usize, f64) = (16, 5.0);
 /// Readings on either side that tell whether one belongs to a stop, and share of them that do.
 const BESIDE: usize = 4;
 const MOST: f64 = 0.4;
@@ -91,10 +93,18 @@ fn level_of(pushes: &[&Interaction], streams: &[Vec<f64>], noise: f64) -> Option
         let found = stops(level, 0.0);
         let missed = found.iter().filter(|s| s.missed).count();
         let many = found.len() as f64 >= PROOF.2 * pushes.len() as f64;
-        let proven = many && (missed >= PROOF.0 || found.len() >= PROOF.1) && above > ABOVE[0] && above < ABOVE[1];
+        let held = streams.iter().all(|s| stays_below(s, level, noise));
+        let proven =
+            held && many && (missed >= PROOF.0 || found.len() >= PROOF.1) && above > ABOVE[0] && above < ABOVE[1];
         proven.then_some((found.len(), level))
     });
     tried.max_by_key(|(all, _)| *all)
+}
+
+/// Whether no run of readings lies above a level but by chance: what is cut off before its noise exceeds it by noise alone.
+fn stays_below(sizes: &[f64], level: f64, noise: f64) -> bool {
+    let most = level * (1.0 + OFF) + RUN.1 * noise / (RUN.0 as f64).sqrt();
+    sizes.windows(RUN.0).all(|run| mean(run) <= most)
 }
 
 /// How a push's force comes to a stop: the mean of its readings, N, and whether the momentum of the body is missed in them.

@@ -14,6 +14,8 @@ const SAME: f64 = 1e-6;
 const PROOF: (usize, usize) = (8, 5);
 /// The upper part of the range, as a share of the limit.
 const UPPER: f64 = 0.3;
+/// Other values that readings take at least: fewer are steps.
+const VALUES: usize = 20;
 /// Readings by which a stream is noisy.
 const IDLE: usize = 25;
 
@@ -92,7 +94,8 @@ fn limit_of(streams: &[Vec<f64>]) -> Option<(f64, usize)> {
     let mut groups = all[..upper].chunk_by(|a, b| a - b <= SAME * limit).map(<[f64]>::len);
     let at = groups.next()?;
     let other = groups.max().unwrap_or(1);
-    (at >= PROOF.0 && at >= PROOF.1 * other).then_some((limit, at))
+    let values = all.chunk_by(|a, b| a - b <= SAME * limit).count();
+    (values > VALUES && at >= PROOF.0 && at >= PROOF.1 * other).then_some((limit, at))
 }
 
 /// Whether the readings scatter before anything is touched.
@@ -129,5 +132,6 @@ mod tests {
         assert!(limit_of(&[wave(9.0, 0.1, 1e-9)]).is_none());
         // Coarse steps repeat every value.
         assert!(limit_of(&[wave(9.0, 0.1, 0.05)]).is_none());
+        assert!(limit_of(&[wave(9.0, 0.1, 0.9)]).is_none());
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axes::of_all_axes;
+use super::clocks::Clocks;
 use super::compare::{base_fit, forces_fit, hardly_felt, verdict};
 use super::coupling::coupling_findings;
 use super::delay::{delay_finding, take_up};
@@ -17,7 +18,7 @@ use super::loads::{Load, Loads, or_load, or_toss};
 use super::motions::{Motions, of_all_joints};
 use super::naming::climb;
 use super::offset::centre_findings;
-use super::onset::{Onset, onset_finding, onsets};
+use super::onset::{Onset, onset_findings, onsets};
 use super::play::play_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
@@ -117,10 +118,9 @@ pub fn diagnose(
     findings.extend(late.as_ref().map(HandDelay::finding));
     if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
         let even = if findings.iter().any(at_a_place) { &[] } else { fast };
-        take_up(
-            &mut findings,
-            delay_finding(&slid).or_else(|| inertia::delay_finding(even, model)),
-        );
+        let read = delay_finding(&slid).or_else(|| curves.clocks.finding());
+        let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
+        take_up(&mut findings, read.or_else(of_blows));
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
     findings.extend(sensor_findings(capture, faults, &traces));
@@ -256,7 +256,10 @@ fn name_causes(
     findings.extend(told_by_one_number(capture, segmented, model));
     match lag {
         Some(lag) => findings.push(lag.finding(&all)),
-        None => findings.extend(begun.iter().filter_map(onset_finding)),
+        None => {
+            loads.clocks = Clocks::of(&begun);
+            findings.extend(onset_findings(&begun, &loads.clocks));
+        }
     }
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &untestable, done), loads)

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::clocks::Clocks;
 use super::family::Family;
 use super::fit::Fit;
 use super::levels::Level;
@@ -37,6 +38,8 @@ pub(super) struct Loads {
     pub rolled: Vec<String>,
     /// Fast pushes followed as a whole.
     pub fast: Vec<Inertial>,
+    /// What the beginnings of pushes say of the clocks of force and track.
+    pub clocks: Clocks,
 }
 
 impl Loads {

@@ -4,6 +4,7 @@
 mod alike;
 mod asking;
 mod axes;
+mod clocks;
 mod compare;
 mod config;
 mod contact_law;

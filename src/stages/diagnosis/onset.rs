@@ -6,6 +6,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::clocks::{Clocks, worth_a_word};
 use super::contact_law::contact_law_finding;
 use super::predict::Scene;
 use super::told::{Told, gain};
@@ -24,7 +25,7 @@ const BEFORE: f64 = 0.03;
 /// Way of the tool after the force rose in which the body slides, m.
 const SLIDES: [f64; 2] = [3e-3, 12e-3];
 /// Share of the force at which it counts as up.
-const UP: f64 = 0.8;
+pub(super) const UP: f64 = 0.8;
 /// Share of it at which it begins to rise; a level below that of the noise by so much tells nothing.
 const BEGINS: f64 = 0.15;
 const CLEAR_OF_NOISE: f64 = 12.0;
@@ -33,7 +34,7 @@ const CALM: f64 = 1.5;
 /// The finger slides along the face, or it is not the body that goes, where the two part by this share of the way.
 const TOGETHER: f64 = 0.08;
 /// Least standard deviation of one push, and scatter from push to push, m.
-const FLOOR: f64 = 3e-5;
+pub(super) const FLOOR: f64 = 3e-5;
 /// Fewest pushes, standard deviations, and the least way that is more than rounding of dry friction, m.
 const FEWEST: usize = 3;
 const CLEAR: f64 = 5.0;
@@ -48,6 +49,8 @@ pub(super) struct Onset {
     pub(super) held_out: bool,
     /// Way at which friction would be up in full, m, with its standard deviation.
     pub(super) way: (f64, f64),
+    /// Speed of the tool while the body slides, m/s.
+    pub(super) speed: f64,
     /// Friction in full, N.
     pub(super) level: f64,
     /// Way of the body, m, beside the force, N.
@@ -68,6 +71,22 @@ pub(super) struct Reading {
 }
 
 impl Onset {
+    /// One of which only its end is told: its name, whether it is held out, speed and way.
+    #[cfg(test)]
+    pub(super) fn told(name: &str, held_out: bool, speed: f64, way: (f64, f64)) -> Self {
+        Self {
+            interaction: name.to_owned(),
+            held_out,
+            way,
+            speed,
+            level: 1.0,
+            rows: Vec::new(),
+            rise: Vec::new(),
+            noise: 0.0,
+            slips: (0.0, 0.0),
+        }
+    }
+
     /// How long the force is followed after the body slides, s.
     pub(super) fn followed(&self) -> f64 {
         self.rise.last().map_or(0.0, |r| r.time - self.slips.0)
@@ -94,9 +113,11 @@ pub fn onsets(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<
     alone.map(|b| one(&b.links[0].name)).collect()
 }
 
-/// A body whose friction comes up over a way that can be seen, or a finger whose force does not go as its squeeze.
-pub fn onset_finding((name, all): &(String, Vec<Onset>)) -> Option<Finding> {
-    told(all, name).or_else(|| contact_law_finding(all, name))
+/// Bodies whose friction comes up over a way that can be seen, or fingers whose force does not go as their squeeze; `clocks`
+/// is what the same pushes say of two clocks.
+pub fn onset_findings(begun: &[(String, Vec<Onset>)], clocks: &Clocks) -> Vec<Finding> {
+    let one = |(name, all): &(String, Vec<Onset>)| told(all, name, clocks).or_else(|| contact_law_finding(all, name));
+    begun.iter().filter_map(one).collect()
 }
 
 fn mean(values: &[f64]) -> Option<f64> {
@@ -168,6 +189,8 @@ fn onset(scene: &Scene, interaction: &Interaction, name: &str) -> Option<Onset> 
     let within = (time[sliding[0]], time[*sliding.last()?]);
     let (zero, sd) = body_at_rest(track, &way, (time[first] - 2.0 * BIN, time[risen]), within)?;
     let up = rise.clone().find(|i| force[*i] > UP * level)?;
+    let (start, stop) = (sliding[0], *sliding.last()?);
+    let speed = (tool[stop] - tool[start]) / (time[stop] - time[start]);
     let (moments, forces, scatter) = scene.raw_force(FINE)?;
     let near = |t: &f64| *t > time[first] - BEFORE && *t < within.1;
     let near = (0..moments.len()).filter(|i| near(&moments[*i]));
@@ -189,6 +212,7 @@ fn onset(scene: &Scene, interaction: &Interaction, name: &str) -> Option<Onset> 
         interaction: interaction.name.clone(),
         held_out: interaction.held_out,
         way: ((tool[up] - zero) / UP, sd / UP),
+        speed,
         level,
         rows: rise.map(|i| [tool[i] - zero, force[i]]).collect(),
     })
@@ -239,19 +263,22 @@ fn body_at_rest(
     ((xy / xx.max(1e-12)).abs() < TOGETHER).then_some((gap + at_rest, sd))
 }
 
-fn told(all: &[Onset], name: &str) -> Option<Finding> {
+fn told(all: &[Onset], name: &str, clocks: &Clocks) -> Option<Finding> {
     let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
     let (values, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|o| o.way).unzip();
     let pooled = random_effects(&values, &sds, FLOOR).filter(|_| fitted.len() >= FEWEST)?;
-    let statistic = pooled.mean / pooled.sd;
-    if statistic < CLEAR || pooled.mean < LEAST {
+    // Beside a delay, what is left where the speed is none.
+    let (way, sd) = clocks.way_beside(name).unwrap_or((pooled.mean, pooled.sd));
+    let odds = clocks.odds_of_a_way();
+    let statistic = way / sd;
+    if statistic < CLEAR || way < LEAST || odds < 0.5 {
         return None;
     }
     let held: Vec<&Onset> = all.iter().filter(|o| o.held_out).collect();
     let judged = if held.is_empty() { &fitted } else { &held };
     let rms = |share: &dyn Fn(f64) -> f64| {
         let each = |o: &&Onset| {
-            let own = o.rows.iter().filter(|r| r[0] > 0.1 * pooled.mean);
+            let own = o.rows.iter().filter(|r| r[0] > 0.1 * way);
             own.map(|[x, f]| (f - o.level * share(*x)).powi(2))
                 .collect::<Vec<f64>>()
         };
@@ -261,13 +288,13 @@ fn told(all: &[Onset], name: &str) -> Option<Finding> {
     let told = Told {
         cause: "presliding",
         place: name,
-        probability: 0.9,
-        rivals: &[],
+        probability: 0.9 * odds,
+        rivals: &[("time-delay", worth_a_word(1.0 - odds))],
         parameter: (
             "way",
             Estimate::measured(
-                pooled.mean,
-                pooled.sd,
+                way,
+                sd,
                 "m",
                 fitted.iter().map(|o| o.interaction.clone()).collect(),
                 "way of the body while the force of slow pushes rises",
@@ -277,12 +304,12 @@ fn told(all: &[Onset], name: &str) -> Option<Finding> {
         statistic,
         words: format!(
             "friction of {name} comes up over {:.2} mm of its way in every push",
-            1e3 * pooled.mean
+            1e3 * way
         ),
         gain: gain(
             "force",
             "N",
-            [rms(&|_| 1.0), rms(&|x| (x / pooled.mean).min(1.0))],
+            [rms(&|_| 1.0), rms(&|x| (x / way).min(1.0))],
             held.iter().map(|o| o.interaction.clone()).collect(),
         ),
     };

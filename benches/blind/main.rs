@@ -1,5 +1,6 @@
 //! The diagnosis on scenes of the lab that hide an effect, two, or none, without the truth:
-//! `cargo bench --bench blind -- [CASES] [first=N] [only=clean|single|outside|pair|narrow] [quiet] [keep=FOLDER]`.
+//! `cargo bench --bench blind -- [CASES] [first=N] [only=clean|single|outside|pair|narrow] [quiet] [keep=FOLDER]`. Where it could
+//! not tell the hidden cause from others the experiments that it asks for are made, up to three.
 //!
 //! A quarter of the cases is clean, strengths are log-uniform over a factor 16. Effects are counted by their size d', what
 //! a likelihood-ratio test that knows the cause sees: `sqrt(2 (ll with the cause − ll of the plain model))`. Shares come
@@ -12,6 +13,8 @@
     reason = "a program that prints its figures"
 )]
 
+mod numbers;
+mod parted;
 mod scenes;
 mod table;
 
@@ -67,6 +70,10 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
     let watch = Stopwatch::start();
     let run = build(&made.capture, &options, &Progress::silent()).ok()?;
     let seconds = watch.seconds();
+    let asked = match case.causes.as_slice() {
+        [cause] => parted::parted(&case.scene, number, &run.diagnosis, cause, &options),
+        _ => None,
+    };
     let mut only = |causes: Vec<String>| {
         options.diagnosis.causes = Some(causes);
         diagnose(&made.capture, &run.model, &options, &mut Notices::default()).ok()
@@ -83,10 +90,13 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         size = knowing.effect_sizes.get(cause.as_str()).copied();
         oracle = gain_of(&knowing.diagnosis);
     }
-    let mut visible = None;
+    let (mut visible, mut smaller) = (None, None);
     if case.sort == Sort::Pair {
-        let knowing = names(&only(told.clone())?.diagnosis);
-        visible = Some(told.iter().all(|c| knowing.iter().flatten().any(|n| n == c)));
+        let knowing = only(told.clone())?;
+        let found = names(&knowing.diagnosis);
+        visible = Some(told.iter().all(|c| found.iter().flatten().any(|n| n == c)));
+        let sizes = told.iter().filter_map(|c| knowing.effect_sizes.get(c.as_str()));
+        smaller = (sizes.clone().count() == told.len()).then(|| sizes.fold(f64::INFINITY, |a, b| a.min(*b)));
     }
     let mut struck = None;
     if size.is_some_and(|d| d > 7.0) {
@@ -106,6 +116,12 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         oracle,
         struck,
         visible,
+        smaller,
+        asked,
+        numbers: case.causes.first().map_or_else(Vec::new, |cause| {
+            let truth = made.truth.cause_parameters.get(cause).cloned().unwrap_or_default();
+            numbers::held(&run.diagnosis.findings, cause, &truth)
+        }),
         gain: gain_of(&run.diagnosis),
         odds: run
             .diagnosis

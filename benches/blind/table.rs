@@ -3,6 +3,7 @@
 use palpate::twin::Verdict;
 use statrs::distribution::{Beta, ContinuousCDF};
 
+use crate::parted::Parted;
 use crate::scenes::Sort;
 
 /// Causes that the same data often cannot part.
@@ -68,6 +69,12 @@ pub struct Seen {
     pub struck: Option<bool>,
     /// Of a pair: a diagnosis that was told both causes, and no other, names both.
     pub visible: Option<bool>,
+    /// Of a pair: the smaller of the two effect sizes, each over the plain model; nothing where one is not fitted by likelihood.
+    pub smaller: Option<f64>,
+    /// Of causes that were not told apart: what came of the touches that were asked for.
+    pub asked: Option<Parted>,
+    /// Numbers of the finding that is right, and whether their intervals hold the truth.
+    pub numbers: Vec<(String, bool)>,
     pub gain: Option<f64>,
     pub odds: Vec<(String, f64)>,
     pub verdict: Verdict,
@@ -90,7 +97,7 @@ impl Seen {
             '*'
         };
         format!(
-            "{mark}{number:>5} {:<13} {:<7} s {:.2} d' {size:>5}  {hidden:<34} {:<9} {}{} [{:.1} s]",
+            "{mark}{number:>5} {:<13} {:<7} s {:.2} d' {size:>5}  {hidden:<34} {:<9} {}{}{} [{:.1} s]",
             self.scene,
             format!("{:?}", self.sort).to_lowercase(),
             self.strength,
@@ -101,6 +108,7 @@ impl Seen {
                 (_, Some(true)) => " (both can be seen)",
                 _ => "",
             },
+            self.asked.as_ref().map_or_else(String::new, came_of),
             self.seconds
         )
     }
@@ -124,6 +132,16 @@ impl Seen {
 
     fn in_set(&self) -> bool {
         self.named.iter().flatten().any(|n| self.causes.first() == Some(n))
+    }
+}
+
+fn came_of(asked: &Parted) -> String {
+    let done = asked.done.join(", ");
+    match asked.after {
+        _ if asked.none => " (asked: no touch tells)".into(),
+        Some(n) if asked.right => format!(" (asked: told after {n}: {done})"),
+        Some(n) => format!(" (asked: WRONG after {n}: {done})"),
+        None => format!(" (asked: not told: {done})"),
     }
 }
 
@@ -224,6 +242,14 @@ pub fn print_table(all: &[Seen]) {
         &flags(&mut of(Sort::Pair).filter(|s| s.visible == Some(true)), &both),
     );
     share(
+        "  of those of which each alone has a d' above 7",
+        ">= 0.8",
+        &flags(
+            &mut of(Sort::Pair).filter(|s| s.smaller.is_some_and(|d| d > 7.0)),
+            &both,
+        ),
+    );
+    share(
         "two effects, one at least among the names",
         "-",
         &flags(&mut of(Sort::Pair), &|s| {
@@ -234,6 +260,30 @@ pub fn print_table(all: &[Seen]) {
         "narrow protocol: truth in the set, or nothing said",
         "-",
         &flags(&mut of(Sort::Narrow), &|s| s.named.is_empty() || s.in_set()),
+    );
+    let asked: Vec<&Parted> = all.iter().filter_map(|s| s.asked.as_ref()).collect();
+    share(
+        "causes not told apart: parted rightly by three experiments",
+        ">= 0.9",
+        &asked
+            .iter()
+            .filter(|a| !a.none)
+            .map(|a| a.after.is_some() && a.right)
+            .collect::<Vec<_>>(),
+    );
+    share(
+        "  of them: another cause told in the end",
+        "-",
+        &asked
+            .iter()
+            .filter(|a| !a.none)
+            .map(|a| a.after.is_some() && !a.right)
+            .collect::<Vec<_>>(),
+    );
+    share(
+        "  of all: no touch of the pool tells, and it is said",
+        "-",
+        &asked.iter().map(|a| a.none).collect::<Vec<_>>(),
     );
     let mut ratios: Vec<f64> = of(Sort::Single)
         .filter(clear)
@@ -246,6 +296,17 @@ pub fn print_table(all: &[Seen]) {
             ratios.len()
         );
     }
+    let numbers: Vec<&(String, bool)> = of(Sort::Single)
+        .filter(|s| s.first_right())
+        .flat_map(|s| &s.numbers)
+        .collect();
+    share(
+        "intervals of effects named rightly that hold the truth",
+        "0.92 to 0.97",
+        &numbers.iter().map(|n| n.1).collect::<Vec<_>>(),
+    );
+    let missed: Vec<&str> = numbers.iter().filter(|n| !n.1).map(|n| n.0.as_str()).collect();
+    println!("  missed: {}", missed.join(", "));
     calibration(all);
     let slow = all.iter().map(|s| s.seconds).fold(0.0, f64::max);
     println!("slowest reconstruction and diagnosis: {slow:.1} s");

@@ -96,7 +96,14 @@ fn in_words(diagnosis: &Diagnosis) -> String {
             text += &format!("\n{title}:\n");
         }
         for experiment in some {
-            text += &format!("- {} ({word}: {})\n", experiment.words, experiment.parts.join(", "));
+            let bits = experiment
+                .bits
+                .map_or_else(String::new, |b| format!("; up to {b:.1} bits"));
+            text += &format!(
+                "- {} ({word}: {}{bits})\n",
+                experiment.words,
+                experiment.parts.join(", ")
+            );
         }
     }
     text

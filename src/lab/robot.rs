@@ -96,6 +96,7 @@ impl LabRig {
                 speed,
                 tool,
                 tool_friction: 0.4,
+                turned: 0.0,
                 retreat: true,
                 held_out,
             },

@@ -56,6 +56,9 @@ pub enum ActionSpec {
         /// Coefficient of friction between tool and body.
         #[serde(default = "tool_friction")]
         tool_friction: f64,
+        /// By how much the tool is turned about the vertical, rad: its own axes, in which its sensor may be wrong, turn with it.
+        #[serde(default)]
+        turned: f64,
         /// Move away at the end and wait, so that coasting shows.
         #[serde(default)]
         retreat: bool,

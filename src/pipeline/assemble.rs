@@ -6,13 +6,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Options;
 use crate::base::{Confounded, Estimate, Notices, Pose, Status};
-use crate::capture::{Capture, Kind, PoseStream, first_rest, track_noise};
+use crate::capture::{Capture, Kind, PoseStream, Touch, first_rest, track_noise};
 use crate::stages::articulation::{Articulation, Unproven};
 use crate::stages::estimation::{ArcTouch, arc_touches};
 use crate::stages::shape::{Shapes, Silhouette, VisualTrack, principal_views};
 use crate::twin::{
-    Body, Diagnosis, Experiment, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance, Relation,
-    RelationKind, SCENE_MESH, SupportPlane, SurfaceShares, TrackFromImages, Twin,
+    AskedTouch, Body, Diagnosis, Experiment, FORMAT, Joint, JointAlternative, JointKind, Link, Model, Provenance,
+    Relation, RelationKind, SCENE_MESH, SupportPlane, SurfaceShares, TrackFromImages, Twin,
 };
 
 /// What would decide the arcs of the graph that are still open, as experiments.
@@ -28,8 +28,23 @@ pub fn open_arcs(capture: &Capture, model: &Model) -> Vec<Experiment> {
             words: place(&t),
             bits: Some(t.bits),
             parts: t.parts,
+            touches: vec![asked(&t.touch)],
         })
         .collect()
+}
+
+/// A touch of a rig as the diagnosis asks for one.
+fn asked(touch: &Touch) -> AskedTouch {
+    AskedTouch {
+        kind: touch.kind.name().into(),
+        target: touch.target.clone().unwrap_or_default(),
+        start: touch.start.into(),
+        direction: touch.direction.into(),
+        travel: touch.travel,
+        speed: touch.speed,
+        duration: touch.duration,
+        ..AskedTouch::default()
+    }
 }
 
 /// The name by which files of a link are called: letters, digits, `-`, `_`.

@@ -129,4 +129,47 @@ pub struct Experiment {
     /// Expected information, bits; absent where it was not computed.
     #[serde(default)]
     pub bits: Option<f64>,
+    /// The touches of which it consists, one after the other, where they were worked out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub touches: Vec<AskedTouch>,
+}
+
+/// A touch that is asked for, as a robot could make it. World frame, SI units; the keys that the rig protocol has too mean
+/// the same.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AskedTouch {
+    /// `push`, `pull` or `press`.
+    pub kind: String,
+    /// Body or link.
+    pub target: String,
+    /// Where the tool meets or holds it, with the target where it was at first, m.
+    pub start: [f64; 3],
+    /// Where the tool goes from there at first, a unit vector.
+    pub direction: [f64; 3],
+    /// How far it goes behind the contact, m; along the arc of a hinge where the target hangs on one.
+    pub travel: f64,
+    /// m/s.
+    pub speed: f64,
+    /// How long it stays at the end, s.
+    pub duration: f64,
+    /// How long nothing touches the target before, s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub wait: f64,
+    /// With which force the tool presses down what it moves, N.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub down: f64,
+    /// By how much the tool is turned about the support's normal from how it was held before, rad.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub turned: f64,
+    /// The tool goes back the same way.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub back: bool,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
+fn is_false(x: &bool) -> bool {
+    !*x
 }

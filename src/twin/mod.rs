@@ -24,7 +24,9 @@ mod truth;
 
 pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed};
 pub use cause::{CAUSES, known_cause};
-pub use diagnosis::{BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict};
+pub use diagnosis::{
+    AskedTouch, BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict,
+};
 pub use disagree::{Compared, compared, joints_compared};
 pub use effect::{Coupling, Detent, Effect, JointEffects};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, texture_path, write_twin};

@@ -38,6 +38,7 @@ pub(super) fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Res
         speed,
         tool,
         tool_friction,
+        turned,
         retreat,
         held_out,
     } = action
@@ -57,7 +58,7 @@ pub(super) fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Res
     } else {
         0.0
     };
-    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading + turned);
     let ahead = support_radius(&shape, &rotation.inverse_transform_vector(&direction));
     let mut drive = Drive {
         origin: Vector3::from(*at) - direction * ahead,

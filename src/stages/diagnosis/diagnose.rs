@@ -29,12 +29,12 @@ use super::sensor_lag::lag_of;
 use super::sinking::sinking_findings;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
-use super::uneven::{uneven, yaw_findings};
+use super::uneven::{spun, uneven, yaw_findings};
 use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
-use crate::stages::estimation::inertial;
+use crate::stages::estimation::{inertial, support_normal};
 use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
@@ -218,7 +218,7 @@ fn name_causes(
     ];
     let families = first.into_iter().flatten().map(|f| (f, None));
     let of_joints = motions.iter().map(|m| (m as &dyn Family, Some(m)));
-    let mut untestable = BTreeSet::new();
+    let (mut untestable, mut asked) = (BTreeSet::new(), Vec::new());
     for (family, joint) in families.chain(of_joints) {
         let Some(ladder) = climb(family, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
@@ -228,7 +228,9 @@ fn name_causes(
                 .iter()
                 .any(|(cause, place)| f.cause == *cause && f.place == *place)
         });
-        findings.extend(placed(loads.named(family, &ladder), thing_of(family, capture)));
+        let named = loads.named(family, &ladder);
+        asked.extend(named.iter().filter_map(|f| asking::asked(family, &ladder, f)));
+        findings.extend(placed(named, thing_of(family, capture)));
         if let Some(joint) = joint {
             loads.of_joint(joint, &ladder);
         }
@@ -243,6 +245,10 @@ fn name_causes(
         turned: !motions.is_empty(),
         joints: model.twin.joints().count(),
         tossed: !tossed.is_empty(),
+        spins: centre_of(findings).map_or_else(Vec::new, |name| {
+            asking::spins(model, &support_normal(capture, model), name)
+        }),
+        spun: centre_of(findings).is_some_and(|name| spun(capture, model, name)),
     };
     for tosses in tossed {
         let Some(ladder) = climb(&tosses, config) else { continue };
@@ -262,7 +268,15 @@ fn name_causes(
         }
     }
     findings.retain(|f| config.allows(&f.cause));
-    (asking::experiments(findings, &untestable, done), loads)
+    (asking::experiments(findings, &asked, &untestable, &done), loads)
+}
+
+/// The body whose centre is not where its shape has it.
+fn centre_of(findings: &[Finding]) -> Option<&str> {
+    let own = findings
+        .iter()
+        .find(|f| f.cause == "com-offset" || f.cause == "nonuniform-density");
+    own.map(|f| f.place.as_str())
 }
 
 /// Where a law of pushes or presses acts, before it is said on which thing.

@@ -2,6 +2,7 @@
 //! extend it. Every law is nested: with its amplitudes at zero the model is the plain one.
 
 use super::Quantity;
+use super::asking::Imagined;
 use super::fit::Fit;
 use super::levels::Level;
 
@@ -227,6 +228,11 @@ pub trait Family: Sync {
     /// What its shared numbers are beside the effects of a fit.
     fn levels(&self, _: &Fit) -> Vec<Level> {
         Vec::new()
+    }
+
+    /// The family with touches that could be made next; nothing where it cannot foretell any.
+    fn imagined(&self) -> Option<Imagined> {
+        None
     }
 
     fn groups(&self) -> &[Group] {

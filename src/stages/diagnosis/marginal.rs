@@ -271,7 +271,7 @@ pub struct Linear {
     pub whitened: Vec<f64>,
     /// Columns of the parameters, and of the random effects.
     pub jacobian: Vec<Vec<f64>>,
-    effects: Vec<Vec<f64>>,
+    pub effects: Vec<Vec<f64>>,
     /// Covariance of the random effects, and the log-determinant of its inverse.
     covariance: DMatrix<f64>,
     log_precision: f64,

@@ -6,7 +6,7 @@ use super::motion_stops::Stop;
 use super::motions::Scale;
 
 /// Which way a joint goes, and how far it has come since it turned back.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Turning {
     /// 1 or -1; 0 before it was seen to move.
     way: f64,

@@ -8,6 +8,7 @@
 
 use nalgebra::Vector3;
 
+use super::asking::Imagined;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
@@ -17,6 +18,7 @@ use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
 use super::motion_reads::{BIN, Read, read_all};
 use super::motion_stops::{Stop, mark_stops, weighed};
+use super::motion_touches::Handle;
 use super::named::left;
 use super::naming::NAMED;
 use super::{Curve, Quantity};
@@ -26,7 +28,7 @@ use crate::stages::estimation::JointLoad;
 use crate::twin::{Joint, JointKind, Model};
 
 /// Share of the load that the arm of the force, the same in all motions, may be off by.
-const EVEN: f64 = 0.015;
+pub(super) const EVEN: f64 = 0.015;
 /// Share of the fast speeds below which the direction of friction is not sure.
 const SLOW: f64 = 0.06;
 /// Weight of a sample below which nothing is foretold.
@@ -59,26 +61,30 @@ pub struct Scale {
 const SELDOM: f64 = 0.05;
 
 /// All motions of one joint.
+#[derive(Clone)]
 pub struct Motions {
-    joint: String,
-    sheet: Sheet,
-    moments: Vec<Vec<Moved>>,
-    friction: f64,
+    pub(super) joint: String,
+    pub(super) sheet: Sheet,
+    pub(super) moments: Vec<Vec<Moved>>,
+    pub(super) friction: f64,
     /// Dry friction that the twin has, N·m or N.
     told: Option<f64>,
-    slow: f64,
+    pub(super) slow: f64,
     /// Inertia by which the load goes with the acceleration, roughly, kg·m² or kg.
     inert: f64,
     /// From the lowest to the highest position, rad or m.
     span: f64,
-    turns: bool,
+    pub(super) turns: bool,
     /// A weight can load it.
     weighed: bool,
     /// N·m per N, usually.
-    lever: f64,
+    pub(super) lever: f64,
     /// When the first motion began, s, of the capture's clock.
     zero: f64,
-    turning: Turning,
+    pub(super) turning: Turning,
+    /// Where it can be taken hold of; whether its ends are known.
+    pub(super) handle: Option<Handle>,
+    pub(super) bounded: bool,
     /// Nothing but the path of a hand tells where it was.
     by_hand: bool,
     /// How well it is known where its position is 0, rad or m.
@@ -90,7 +96,14 @@ pub fn of_all_joints(capture: &Capture, segmented: &[Segmented], model: &Model) 
     let joints = model.twin.joints();
     let kinds = joints.filter(|j| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic));
     kinds
-        .filter_map(|j| Motions::new(&read_all(capture, segmented, model, j), j, &capture.gravity))
+        .filter_map(|j| {
+            let reads = read_all(capture, segmented, model, j);
+            let motions = Motions::new(&reads, j, &capture.gravity)?;
+            Some(Motions {
+                handle: Handle::of(capture, j, &reads),
+                ..motions
+            })
+        })
         .collect()
 }
 
@@ -148,6 +161,8 @@ impl Motions {
             lever,
             zero,
             turning: Turning::default(),
+            handle: None,
+            bounded: joint.limits.is_some(),
             by_hand: reads.iter().any(|r| r.by_hand),
             counted_from: reads.first().map_or(0.0, |r| r.zero),
         };
@@ -328,6 +343,10 @@ impl Family for Motions {
         let against = self.told.filter(|_| !told).map(|f| (self.friction / f).ln());
         let beside = |level: Level| Some(level.shifted(against?));
         level.and_then(beside).into_iter().collect()
+    }
+
+    fn imagined(&self) -> Option<Imagined> {
+        self.with_touches()
     }
 
     fn passes_all_places(&self) -> bool {

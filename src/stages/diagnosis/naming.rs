@@ -32,8 +32,18 @@ pub struct Taken {
     pub law: usize,
     /// Log evidence over the model without it, nats.
     pub gain: f64,
-    /// Other laws that do nearly as well in its place, with their own gain.
-    pub rivals: Vec<(usize, f64)>,
+    /// Other laws that do nearly as well in its place.
+    pub rivals: Vec<Rival>,
+}
+
+/// A law that does nearly as well in the place of one that was taken up.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    pub law: usize,
+    /// Log evidence over the model without it, nats.
+    pub gain: f64,
+    /// The model with it.
+    pub fit: Fit,
 }
 
 /// What became of one kind of experiment.
@@ -207,7 +217,7 @@ impl Climb<'_> {
             let smaller = self.smaller(k);
             // What a law that is also on could not be told from before, it has to be worth as much beside it.
             let own = &self.taken[k];
-            let told = |t: &Taken| own.rivals.iter().any(|r| self.cause(r.0) == self.cause(t.law));
+            let told = |t: &Taken| own.rivals.iter().any(|r| self.cause(r.law) == self.cause(t.law));
             let mimicked = self.taken.iter().any(|t| t.law != own.law && told(t));
             let needed = if mimicked { NAMED } else { 0.5 * NAMED };
             if self.full.log_evidence - smaller.log_evidence < needed {
@@ -292,11 +302,16 @@ impl Climb<'_> {
 /// An effect with the laws that do nearly as well in its place.
 fn taken_up(law: usize, gain: f64, found: &[Candidate]) -> Taken {
     let near = |c: &&Candidate| c.law != law && c.gain > gain - RIVAL;
+    let rival = |c: &Candidate| Rival {
+        law: c.law,
+        // What left-out interactions speak against is no likelier than what stands.
+        gain: c.gain.min(gain),
+        fit: c.fit.clone(),
+    };
     Taken {
         law,
         gain,
-        // What left-out interactions speak against is no likelier than what stands.
-        rivals: found.iter().filter(near).map(|c| (c.law, c.gain.min(gain))).collect(),
+        rivals: found.iter().filter(near).map(rival).collect(),
     }
 }
 

@@ -1,23 +1,24 @@
 //! Presses as the ladder of laws sees them: force into the support against how far the tool went in, sample by sample.
 
-use nalgebra::{Point2, Point3, Vector2};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use super::Quantity;
+use super::asking::Imagined;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::press_catalogue::press_laws;
 use super::press_laws::{Memory, sunk};
-use crate::capture::{Capture, Interaction, Kind, Segmented};
+use crate::capture::{Capture, Interaction, Kind, Segmented, ToolShape};
 use crate::math::{interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
 use crate::twin::Model;
 
 /// Seconds of one sample.
-const BIN: f64 = 0.05;
+pub(super) const BIN: f64 = 0.05;
 /// What the plain spring leaves open of the force, as a share of it.
-const EVEN: f64 = 0.01;
+pub(super) const EVEN: f64 = 0.01;
 /// Presses closer than this are at the same spot, m.
 const SPOT: f64 = 0.006;
 /// How well one press tells where the surface is, m.
@@ -39,22 +40,26 @@ pub struct Moment {
 }
 
 /// All presses of one capture.
+#[derive(Clone)]
 pub struct Presses {
-    sheet: Sheet,
-    moments: Vec<Vec<Moment>>,
+    pub(super) sheet: Sheet,
+    pub(super) moments: Vec<Vec<Moment>>,
     /// Spot and body of each group.
-    spots: Vec<usize>,
-    bodies: Vec<usize>,
+    pub(super) spots: Vec<usize>,
+    pub(super) bodies: Vec<usize>,
     /// Stiffness of each body in the twin, N/m.
-    stiffness: Vec<f64>,
-    names: Vec<String>,
+    pub(super) stiffness: Vec<f64>,
+    pub(super) names: Vec<String>,
     /// Deepest earlier press at the same spot, and anywhere on the body, m.
-    past: Vec<[f64; 2]>,
+    pub(super) past: Vec<[f64; 2]>,
     /// Where each body was pressed first, and each group from there, m.
     middles: Vec<Point2<f64>>,
-    places: Vec<Vector2<f64>>,
+    pub(super) places: Vec<Vector2<f64>>,
+    /// Where the surface was met, world, m, and which way is up.
+    pub(super) met: Vec<Point3<f64>>,
+    pub(super) up: Vector3<f64>,
     /// How many spots there are.
-    all_spots: usize,
+    pub(super) all_spots: usize,
     /// Deepest press of all, m.
     pub deepest: f64,
     /// Largest force of all, N.
@@ -67,6 +72,8 @@ struct Read {
     held_out: bool,
     target: String,
     at: Point3<f64>,
+    /// How far the tool's surface is below its origin, m.
+    below: f64,
     stiffness: f64,
     time: Vec<f64>,
     force: Vec<f64>,
@@ -107,6 +114,7 @@ impl Read {
             held_out: scene.interaction.held_out,
             target: action.target.clone(),
             at: action.tool.position[deepest],
+            below: scene.interaction.tool.as_ref().map_or(0.0, |t| below(&t.shape)),
             stiffness,
             time,
             force,
@@ -114,6 +122,16 @@ impl Read {
             noise: noise?,
             contact,
         })
+    }
+}
+
+/// How far the surface of a tool that stands upright is below its origin, m.
+fn below(shape: &ToolShape) -> f64 {
+    match shape {
+        ToolShape::Sphere { radius } => *radius,
+        ToolShape::Box { half } => half.z,
+        ToolShape::Cylinder { half_height, .. } => *half_height,
+        ToolShape::Mesh(_) => 0.0,
     }
 }
 
@@ -216,6 +234,8 @@ impl Presses {
             past: Vec::new(),
             middles: Vec::new(),
             places: Vec::new(),
+            met: Vec::new(),
+            up: support_normal(capture, model).into_inner(),
             all_spots: 0,
             deepest: 0.0,
             largest: 0.0,
@@ -308,6 +328,7 @@ impl Presses {
         self.spots.push(spot);
         self.bodies.push(body);
         self.places.push(read.at.xy() - self.middles[body]);
+        self.met.push(read.at + self.up * (reached - read.below));
         self.all_spots = known.spots.len();
     }
 }
@@ -349,6 +370,10 @@ impl Family for Presses {
         let slope = Vector2::new(face[1], face[2]).dot(&self.places[group]);
         out.push(face[0] + slope + sunk(self.past[group], active) + scatter[3]);
         out
+    }
+
+    fn imagined(&self) -> Option<Imagined> {
+        self.with_touches()
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {

@@ -318,7 +318,7 @@ fn bias_laws(pushes: &Pushes) -> Vec<Law> {
         laws.push(law(
             "force-bias",
             "sensor",
-            form::BIAS_WORLD,
+            form::BIAS_HELD,
             world(),
             Vec::new(),
             none(),

@@ -1,6 +1,6 @@
 //! What may be wrong with the plain model of a push: laws of friction, of the table and of the force sensor.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Rotation2, Vector2, Vector3};
 
 use super::family::Active;
 use super::push_states::State;
@@ -41,6 +41,7 @@ pub mod form {
     pub const CROSSTALK_ONTO_Y: usize = 31;
     pub const BUMP_BOUNDED: usize = 32;
     pub const MAGNET_FAR: usize = 33;
+    pub const BIAS_HELD: usize = 34;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -192,6 +193,8 @@ pub fn offset(active: &Active, s: &State, along: &Vector2<f64>, plane: &[Vector3
         form::BIAS_TOOL => flat(&(s.tool * Vector3::new(v[0], v[1], v[2]))),
         form::BIAS_ALONG => along * v[0],
         form::BIAS_WORLD => Vector2::new(v[0], v[1]),
+        // In the room as the tool was held, and turning with it.
+        form::BIAS_HELD => Rotation2::new(s.twist) * Vector2::new(v[0], v[1]),
         form::DRIFT_ALONG => along * (v[0] * s.time),
         form::DRIFT_WORLD => Vector2::new(v[0], v[1]) * s.time,
         _ => Vector2::zeros(),

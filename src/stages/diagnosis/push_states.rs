@@ -34,7 +34,7 @@ const FEW: usize = 4;
 /// A blow this many times the usual one of its speed may still be one.
 const EXCUSED: f64 = 1.5;
 /// Seconds in which the blow of a tool that bounces off dies down to a third.
-const RINGING: f64 = 0.1;
+pub const RINGING: f64 = 0.1;
 /// Share of a ringing that is none of one rate and decay.
 const UNEVEN: f64 = 0.25;
 /// Loads over the weight that are believed.
@@ -79,6 +79,8 @@ pub struct State {
     pub phases: [f64; 2],
     /// World-from-tool.
     pub tool: UnitQuaternion<f64>,
+    /// By how much the tool is turned about the normal from how it was held before, rad; nought in what was measured.
+    pub twist: f64,
 }
 
 /// One push, ready for the family.
@@ -285,6 +287,7 @@ fn moments(
             ringing: 0.0,
             phases: [0.0; 2],
             tool: tool_turn(interaction, *t),
+            twist: 0.0,
         });
     }
     (states, measured, slip)
@@ -299,25 +302,30 @@ fn channels(states: &[State], measured: &[Vector2<f64>], spread: &[f64], along: 
             _ => m.dot(axis),
         };
         let values: Vec<f64> = measured.iter().zip(states).map(value).collect();
-        let doubt = |(s, spread): (&State, &f64)| {
-            let share = if kind == 1 { DIRECTION } else { EVEN };
-            let own = if s.contact { share * s.force.norm() } else { 0.0 };
-            own.hypot(s.ringing).hypot(HURRIED * s.inertia).hypot(*spread)
-        };
         let n = values.len();
         Channel {
             kind,
             change: vec![0.0; n],
             starts: vec![true; n],
-            aside: states.iter().zip(spread).map(doubt).collect(),
+            aside: doubts(states, spread, kind),
             measured: values,
         }
     };
     [(0, along), (1, &across)].into_iter().map(channel).collect()
 }
 
+/// What the plain model leaves open on purpose of the force along and across, N, beside the spread of each mean.
+pub fn doubts(states: &[State], spread: &[f64], kind: usize) -> Vec<f64> {
+    let doubt = |(s, spread): (&State, &f64)| {
+        let share = if kind == 1 { DIRECTION } else { EVEN };
+        let own = if s.contact { share * s.force.norm() } else { 0.0 };
+        own.hypot(s.ringing).hypot(HURRIED * s.inertia).hypot(*spread)
+    };
+    states.iter().zip(spread).map(doubt).collect()
+}
+
 /// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
-const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
+pub const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
 /// Width of the windows after that, m.
 pub const WIDTH: f64 = 8e-3;
 

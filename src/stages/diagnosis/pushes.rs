@@ -4,6 +4,7 @@
 use nalgebra::{Point3, Vector2, Vector3};
 
 use super::Quantity;
+use super::asking::Imagined;
 use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
@@ -13,6 +14,7 @@ use super::push_history::History;
 use super::push_laws;
 use super::push_motion::paces;
 use super::push_states::{Observed, State, USUAL, WIDTH, excuse_blows};
+use super::push_touches::Ready;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
@@ -32,18 +34,23 @@ const OF_THE_FINGER: f64 = 0.3;
 const FEWEST: usize = 3;
 
 /// All pushes of single bodies.
+#[derive(Clone)]
 pub struct Pushes {
-    sheet: Sheet,
-    states: Vec<Vec<State>>,
+    pub(super) sheet: Sheet,
+    pub(super) states: Vec<Vec<State>>,
+    /// How many of the groups were measured: what could be done next comes after them.
+    pub(super) done: usize,
     /// Which log friction scales a group.
-    bodies: Vec<usize>,
-    names: Vec<String>,
+    pub(super) bodies: Vec<usize>,
+    pub(super) names: Vec<String>,
     /// Normal load of each body, N.
-    loads: Vec<f64>,
+    pub(super) loads: Vec<f64>,
+    /// How each body could be pushed next.
+    pub(super) ready: Vec<Option<Ready>>,
     /// Unit vectors along and across each group's motion, plane of the support.
-    along: Vec<Vector2<f64>>,
+    pub(super) along: Vec<Vector2<f64>>,
     /// Of the plane of the support.
-    plane: [Vector3<f64>; 2],
+    pub(super) plane: [Vector3<f64>; 2],
     /// What the weight does along a support that is known not to be level, over the load.
     lean: Vector2<f64>,
     largest: f64,
@@ -61,9 +68,11 @@ impl Pushes {
         let mut out = Self {
             sheet: Sheet::default(),
             states: Vec::new(),
+            done: 0,
             bodies: Vec::new(),
             names: Vec::new(),
             loads: Vec::new(),
+            ready: Vec::new(),
             along: Vec::new(),
             plane,
             lean: lean_of(capture, &plane),
@@ -125,6 +134,8 @@ impl Pushes {
             ..Parameter::positive("static_excess", "1", 0.2)
         });
         out.sheet.base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
+        out.done = out.states.len();
+        out.ready = names.iter().map(|n| Ready::of(model, &plane, n)).collect();
         out.names = names;
         out.sheet.scatter = scatter();
         let scale = out.scale();
@@ -163,7 +174,10 @@ impl Pushes {
             let beyond = first.is_some_and(|s| way.dot(&s.at) > active.values[2]);
             return if beyond { f64::INFINITY } else { active.values[2] };
         }
-        let earlier = self.states[..group].iter().flatten().filter(|s| s.contact);
+        let earlier = self.states[..group.min(self.done)]
+            .iter()
+            .flatten()
+            .filter(|s| s.contact);
         let towards = earlier.filter(|s| way.dot(&s.heading) > 0.5);
         // It stays where the last window of a push ended, half a window beyond its middle.
         let ends = towards.map(|s| way.dot(&s.at) + 0.5 * WIDTH);
@@ -276,7 +290,7 @@ impl Family for Pushes {
     /// room, unless the finger's own frame stands still in it.
     fn commonness(&self, law: usize) -> f64 {
         let law = &self.sheet.laws[law];
-        if law.cause == "force-bias" && law.form == push_laws::form::BIAS_WORLD {
+        if law.form == push_laws::form::BIAS_HELD {
             OF_THE_FINGER
         } else {
             1.0
@@ -359,6 +373,10 @@ impl Family for Pushes {
         let each = self.names.iter().enumerate();
         each.filter_map(|(k, name)| Level::of(fit, k, name, Number::Friction))
             .collect()
+    }
+
+    fn imagined(&self) -> Option<Imagined> {
+        self.with_touches()
     }
 
     fn unforeseen(&self) -> f64 {

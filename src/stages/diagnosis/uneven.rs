@@ -20,6 +20,8 @@ const TURNS: f64 = 0.2;
 /// How far matter that is not even strays from the yaw inertia of even matter (1 sd of the logarithm); the doubt with which an
 /// inertia starts is as wide.
 const STRAYS: f64 = 0.5;
+/// Doubt of the logarithm that many fast pushes leave: how the moment of friction strays is the same in all of them.
+const WELL: f64 = 0.1;
 /// The factor on the yaw inertia, as a parameter of a cause.
 const KAPPA: &str = "kappa";
 /// Odds below which the other cause is not worth telling.
@@ -100,6 +102,13 @@ pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
         Some(told.finding())
     };
     model.twin.links().filter_map(|(_, link)| one(link)).collect()
+}
+
+/// Whether fast pushes told the yaw inertia of a thing about as well as they ever do: what rubs below it strays.
+pub fn spun(capture: &Capture, model: &Model, name: &str) -> bool {
+    let up = support_normal(capture, model).into_inner();
+    let yaw = model.twin.link(name).and_then(|link| Yaw::of(link, model, &up));
+    yaw.is_some_and(|y| y.of.is_measured() && y.of.method.starts_with(SPUN) && y.sd < WELL)
 }
 
 /// A centre of mass that is not the shape's and a yaw inertia that is not either are one thing: a density that is not even.

@@ -67,7 +67,9 @@ pub use identify::identify;
 pub use inertial::{Inertial, inertial};
 pub use joint_load::{JointLoad, joint_loads};
 pub use materials::{MaterialFriction, material_friction, material_table, materials_from_toml};
-pub use next_touch::{ArcTouch, NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted, arc_touches};
+pub use next_touch::{
+    ArcTouch, NextTouch, NextTouchConfig, PushLine, TouchChoice, TouchDecision, Wanted, arc_touches, push_lines,
+};
 pub use replay::{replay_push, travel_direction, travel_of_track};
 pub use rolling::{Rolled, rolled, tumbles};
 pub use toss::{

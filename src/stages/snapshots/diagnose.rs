@@ -128,6 +128,7 @@ fn experiments(thing: &ThingResult) -> Vec<Experiment> {
         words,
         parts: Vec::new(),
         bits: None,
+        touches: Vec::new(),
     };
     if !thing.weighed {
         out.push(ask(format!("lift `{}` once with a force sensor, or record the tool's force: its mass moves nothing that a snapshot shows", thing.name)));

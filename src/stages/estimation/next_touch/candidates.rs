@@ -51,12 +51,12 @@ const ROOM: f64 = 0.12;
 /// Limit and rate of a tilt, rad and rad/s.
 const TILT: [f64; 2] = [0.7, 0.1];
 /// Directions of a push that are compared, and how far off the middle it goes, as shares of half the width.
-const DIRECTIONS: usize = 8;
+pub(super) const DIRECTIONS: usize = 8;
 const ASIDE: [f64; 3] = [0.0, -0.5, 0.5];
 /// Least height of a tool above the support, m.
-const LOWEST: f64 = 0.010;
+pub(super) const LOWEST: f64 = 0.010;
 /// Height of a push over that of the thing at most, and share of the height at which it would topple.
-const HEIGHT: f64 = 0.35;
+pub(super) const HEIGHT: f64 = 0.35;
 const UPRIGHT: f64 = 0.6;
 /// Gap to the support from which a thing stands on something else, m.
 const STANDS: f64 = 0.008;
@@ -93,7 +93,7 @@ fn stable(thing: &Thing, belief: &Belief) -> bool {
     (0..DIRECTIONS).all(|d| thing.lever(&centre, &heading(d)) > slip)
 }
 
-fn heading(d: usize) -> Vector2<f64> {
+pub(super) fn heading(d: usize) -> Vector2<f64> {
     let (s, c) = (TAU * d as f64 / DIRECTIONS as f64).sin_cos();
     Vector2::new(c, s)
 }

@@ -4,9 +4,11 @@ mod arc;
 mod belief;
 mod candidates;
 mod expected;
+mod lines;
 mod thing;
 mod verb;
 mod words;
 
 pub use arc::{ArcTouch, arc_touches};
+pub use lines::{PushLine, push_lines};
 pub use verb::{NextTouch, NextTouchConfig, TouchChoice, TouchDecision, Wanted};

@@ -62,14 +62,18 @@ impl Thing {
         Footprint::hull(near.map(Point3::xy).collect())
     }
 
+    /// How far a line along `way` through `point` passes off the middle of an outline, as a share of half its width.
+    pub fn aside(&self, outline: &Footprint, way: &Vector2<f64>, point: &Point2<f64>) -> f64 {
+        let (low, high) = across(outline, way);
+        let line = point.coords.dot(&Vector2::new(-way.y, way.x));
+        (line - 0.5 * (low + high)) / (0.5 * (high - low)).max(1e-9)
+    }
+
     /// Where a tool that goes along `way` and passes `aside` of the middle first meets `outline`.
     pub fn meet(&self, outline: &Footprint, way: &Vector2<f64>, aside: f64) -> Option<Meeting> {
+        let (low, high) = across(outline, way);
         let across = Vector2::new(-way.y, way.x);
         let corners = outline.corners();
-        let (low, high) = corners
-            .iter()
-            .map(|c| c.coords.dot(&across))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         let line = 0.5 * (low + high) + aside * 0.5 * (high - low);
         let mut first: Option<(f64, Meeting)> = None;
         for k in 0..corners.len() {
@@ -95,6 +99,13 @@ impl Thing {
         self.underside()
             .map_or(0.0, |u| u.corners().iter().map(reach).fold(0.0, f64::max))
     }
+}
+
+/// Extent of an outline across `way`, m.
+fn across(outline: &Footprint, way: &Vector2<f64>) -> (f64, f64) {
+    let across = Vector2::new(-way.y, way.x);
+    let each = outline.corners().iter().map(|c| c.coords.dot(&across));
+    each.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
 }
 
 /// Room along `way` ahead of a thing, and behind it for the tool, m; at most 1.

@@ -1,9 +1,18 @@
 //! What to measure next: experiments that part causes which these data cannot tell apart, and such that would show
-//! causes of which they say nothing.
+//! causes of which they say nothing. Where the causes that are left have forward models the touches are worked out by what is
+//! expected of them; else they are the ones that are known to part such causes.
+
+mod imagined;
+mod outlook;
+mod spins;
+mod words;
 
 use std::collections::BTreeSet;
 
-use crate::twin::{Experiment, Finding};
+pub use imagined::{Imagined, asked};
+pub use spins::spins;
+
+use crate::twin::{AskedTouch, Experiment, Finding};
 
 /// Sets of causes and the experiment that parts them.
 const PARTING: [(&[&str], &str); 26] = [
@@ -82,11 +91,7 @@ const PARTING: [(&[&str], &str); 26] = [
         "push opposite faces, then turn the body by 90 degrees and push again: an offset of the tool stays in the room, a centre \
          of mass turns with the body",
     ),
-    (
-        &["com-offset", "nonuniform-density"],
-        "push the body fast and off its middle, three times on either side, and let it spin until it rests: how soon it stops spinning \
-         tells its yaw inertia",
-    ),
+    (&["com-offset", "nonuniform-density"], SPIN),
     (
         &["uneven-support-pressure", "com-offset", "tool-friction"],
         "push all four sides off the middle, to either side of it",
@@ -140,8 +145,16 @@ const PARTING: [(&[&str], &str); 26] = [
     ),
 ];
 
+/// How to tell a yaw inertia.
+const SPIN: &str = "push the body fast and off its middle, three times on either side, and let it spin until it rests: how soon it \
+                    stops spinning tells its yaw inertia";
+
+/// What to do where fast pushes have told it as well as they can.
+const HANG: &str = "hang the body from three threads of one length and time how it twists to and fro: its yaw inertia goes with the \
+                    square of that time, and fast pushes have told it as well as they can";
+
 /// What was done to the things of a capture, as far as the laws of it could be asked for.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Done {
     pub pushed: bool,
     /// Under loads that differ.
@@ -154,6 +167,9 @@ pub struct Done {
     /// How many joints there are.
     pub joints: usize,
     pub tossed: bool,
+    /// Fast pushes off the middle that could be made next, and whether such pushes have told a yaw inertia well.
+    pub spins: Vec<AskedTouch>,
+    pub spun: bool,
 }
 
 /// What the motions of joints show.
@@ -176,7 +192,7 @@ const LOAD: &str = "weigh it, hold it, and drag it while pressing it down with t
 const ROLL: &str = "push what is round so that it rolls on by itself, at two speeds and along two headings";
 
 /// Causes of which nothing shows unless something is done that was not, or that needs more than these data have.
-fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
+fn not_shown(done: &Done) -> Vec<(&'static [&'static str], &'static str)> {
     let mut out: Vec<(&[&str], &str)> = Vec::new();
     if !done.pushed && !done.tossed {
         out.push((
@@ -243,10 +259,21 @@ fn not_shown(done: Done) -> Vec<(&'static [&'static str], &'static str)> {
     out
 }
 
-/// Experiments for the rivals of each finding, then for what could not be tested.
-pub fn experiments(findings: &[Finding], untestable: &BTreeSet<&str>, done: Done) -> Vec<Experiment> {
+/// Experiments for the rivals of each finding, those that were worked out (`asked`) before those that are known to part
+/// such causes; then for what could not be tested.
+pub fn experiments(
+    findings: &[Finding],
+    asked: &[Experiment],
+    untestable: &BTreeSet<&str>,
+    done: &Done,
+) -> Vec<Experiment> {
     let mut out: Vec<Experiment> = Vec::new();
     for finding in findings.iter().filter(|f| !f.alternatives.is_empty()) {
+        let of_it = |e: &&Experiment| e.parts.first() == Some(&finding.cause);
+        if let Some(worked_out) = asked.iter().find(of_it) {
+            out.push(worked_out.clone());
+            continue;
+        }
         let rivals = finding.alternatives.iter().map(|a| a.cause.clone());
         let parts: Vec<String> = std::iter::once(finding.cause.clone()).chain(rivals).collect();
         let share = |set: &&(&[&str], &str)| parts.iter().filter(|p| set.0.contains(&p.as_str())).count();
@@ -257,7 +284,12 @@ pub fn experiments(findings: &[Finding], untestable: &BTreeSet<&str>, done: Done
         let odds = std::iter::once(finding.probability).chain(finding.alternatives.iter().map(|a| a.probability));
         let bits = odds.filter(|p| *p > 0.0).map(|p| -p * p.log2()).sum::<f64>();
         out.push(Experiment {
-            words: (*words).into(),
+            words: if *words == SPIN && done.spun { HANG } else { words }.into(),
+            touches: if *words == SPIN && !done.spun {
+                done.spins.clone()
+            } else {
+                Vec::new()
+            },
             parts,
             bits: Some(bits),
         });
@@ -276,6 +308,7 @@ pub fn experiments(findings: &[Finding], untestable: &BTreeSet<&str>, done: Done
                 words: words.into(),
                 parts,
                 bits: None,
+                touches: Vec::new(),
             });
         }
     }

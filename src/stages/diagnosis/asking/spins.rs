@@ -1,0 +1,34 @@
+//! Fast pushes off the middle, after which a thing spins until it rests.
+
+use nalgebra::Vector3;
+
+use crate::stages::estimation::push_lines;
+use crate::twin::{AskedTouch, Model};
+
+/// Share of half the width by which they pass the centre of mass, to either side.
+const ASIDE: [f64; 2] = [0.5, -0.5];
+/// Way, m, and speed, m/s; the tool leaves at once.
+const TRAVEL: f64 = 0.05;
+const SPEED: f64 = 0.25;
+/// How many are asked for.
+const COUNT: usize = 6;
+
+/// Those that would tell the yaw inertia of a thing that was pushed; `normal` is the support's.
+pub fn spins(model: &Model, normal: &Vector3<f64>, name: &str) -> Vec<AskedTouch> {
+    let Some(link) = model.twin.link(name) else {
+        return Vec::new();
+    };
+    let sides = ASIDE.map(|aside| push_lines(model, normal, link, aside).map_or_else(Vec::new, |l| l.0));
+    // One side, then the other, from all headings in turn.
+    let pairs = sides[0].iter().zip(&sides[1]).flat_map(|(a, b)| [a, b]);
+    let one = |line: &crate::stages::estimation::PushLine| AskedTouch {
+        kind: "push".into(),
+        target: name.into(),
+        start: line.start.into(),
+        direction: line.direction.into(),
+        travel: TRAVEL,
+        speed: SPEED,
+        ..AskedTouch::default()
+    };
+    pairs.cycle().take(COUNT).map(one).collect()
+}

@@ -1,0 +1,61 @@
+//! What a diagnosis asks for tells apart what it could not: narrow protocols, the touches that are asked for, and the name.
+#![allow(clippy::expect_used, reason = "a test stops at what it did not expect")]
+
+#[path = "../benches/blind/parted.rs"]
+mod parted;
+#[path = "../benches/blind/scenes.rs"]
+mod scenes;
+
+use std::path::Path;
+
+use palpate::base::{Progress, Seed};
+use palpate::lab::synthesise;
+use palpate::pipeline::{Options, build};
+use parted::Parted;
+use scenes::{Sort, case};
+
+/// A scene of the blind bench with a narrow protocol: what it could not tell apart, and what came of the touches.
+fn narrow(number: u64) -> Parted {
+    let case = case(number, Some(Sort::Narrow));
+    let made = synthesise(&case.scene, Path::new("."), Seed(number), &Progress::silent()).expect("a capture");
+    let options = Options::default();
+    let run = build(&made.capture, &options, &Progress::silent()).expect("a twin");
+    for asked in run.diagnosis.experiments.iter().filter(|e| !e.touches.is_empty()) {
+        assert!(asked.bits.is_some_and(|b| b > 0.0), "{}", asked.words);
+        assert!(asked.parts.len() > 1, "{}", asked.words);
+    }
+    parted::parted(&case.scene, number, &run.diagnosis, &case.causes[0], &options).expect("causes not told apart")
+}
+
+fn told(number: u64) {
+    let parted = narrow(number);
+    assert!(parted.after.is_some() && parted.right, "{number}: {parted:?}");
+}
+
+#[test]
+fn a_damping_that_grows_with_speed_is_told_by_the_speed_that_is_asked_for() {
+    told(30111);
+}
+
+#[test]
+fn a_reading_of_the_room_is_told_from_one_of_the_finger_by_turning_the_tool() {
+    let parted = narrow(30137);
+    assert!(parted.right && parted.done[0].contains("turned"), "{parted:?}");
+}
+
+#[test]
+fn the_curve_of_a_spring_is_told_by_the_depth_that_is_asked_for() {
+    told(30185);
+}
+
+#[test]
+fn a_thing_in_the_way_is_told_by_going_on() {
+    told(30203);
+}
+
+/// One object on one table cannot tell a table that leans from gravity that does: no touch is asked for.
+#[test]
+fn where_no_touch_tells_none_is_asked_for() {
+    let parted = narrow(30217);
+    assert!(parted.none, "{parted:?}");
+}

@@ -3,21 +3,23 @@
 use super::header::{capital, unit_of};
 use super::markup::{count, escape, percent, section as framed, table};
 use super::numbers::{fixed, quantity};
+use super::profiles::{budgets, pictures};
 use super::rows::{COLUMNS, scalar};
 use crate::pipeline::Run;
-use crate::twin::{BaseFit, CauseOdds, Evidence, Experiment, Finding};
+use crate::twin::{BaseFit, CauseOdds, Evidence, Experiment, Finding, Profile};
 
 /// Below this p-value a residual is called notable.
 const NOTABLE: f64 = 0.01;
 const MOST_NOTABLE: usize = 8;
 
-/// Errors, residual tests, findings, experiments.
+/// Errors, findings with what gave them away, of what the errors are made, experiments, residual tests.
 pub fn section(run: &Run) -> String {
     let d = &run.diagnosis;
     let mut content = errors(&d.base);
-    content.push_str(&findings(&d.findings));
-    content.push_str(&tests(&d.base));
+    content.push_str(&findings(&d.findings, &d.profiles));
+    content.push_str(&budgets(&d.budgets));
     content.push_str(&experiments(&d.experiments));
+    content.push_str(&tests(&d.base));
     framed("diagnosis", "Diagnosis", &lead(&d.base), &content)
 }
 
@@ -66,15 +68,16 @@ fn errors(base: &BaseFit) -> String {
     format!("<div class=\"errors\">\n{rows}</div>\n")
 }
 
-fn findings(findings: &[Finding]) -> String {
+fn findings(findings: &[Finding], profiles: &[Profile]) -> String {
     if findings.is_empty() {
         return "<p>No named effect was added to the plain model.</p>\n".to_owned();
     }
-    let cards: String = findings.iter().map(finding).collect();
+    let card = |f: &Finding| finding(f, profiles.iter().find(|p| p.cause == f.cause));
+    let cards: String = findings.iter().map(card).collect();
     format!("<h3>Findings</h3>\n<div class=\"cards\">\n{cards}</div>\n")
 }
 
-fn finding(f: &Finding) -> String {
+fn finding(f: &Finding, profile: Option<&Profile>) -> String {
     let gain = &f.gain;
     let parameters: String = f.parameters.iter().map(|(name, e)| scalar(&escape(name), e)).collect();
     let parameters = if parameters.is_empty() {
@@ -92,9 +95,10 @@ fn finding(f: &Finding) -> String {
         .iter()
         .map(|e| format!("<li>{}</li>", escape(&e.words)))
         .collect();
+    let pictures = profile.map_or_else(String::new, pictures);
     format!(
         "<article class=\"card\"><h3>{} <small>{}</small></h3>\n<p>Probability {}{}. It lowers the error of {} from {} to {} on \
-         interactions that it was not fitted to: {} of the error above the noise goes away.</p>\n<ul>{evidence}</ul>\n{parameters}</article>\n",
+         interactions that it was not fitted to: {} of the error above the noise goes away.</p>\n<ul>{evidence}</ul>\n{pictures}{parameters}</article>\n",
         escape(&f.cause),
         escape(&f.place),
         percent(f.probability),

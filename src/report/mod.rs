@@ -14,6 +14,7 @@ mod numbers;
 mod pack;
 mod page;
 mod plots;
+mod profiles;
 mod reasons;
 mod replay;
 mod rows;

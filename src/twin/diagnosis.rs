@@ -23,6 +23,86 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// What to measure next.
     pub experiments: Vec<Experiment>,
+    /// What gave each finding away, and what naming it changed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub profiles: Vec<Profile>,
+    /// Of what the errors of the plain model are made.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub budgets: Vec<Budget>,
+}
+
+/// What is left of the measurement against what it depends on most, and one interaction, without and with a finding. SI units.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Profile {
+    /// The finding's cause.
+    pub cause: String,
+    /// `force`, `torque`, `position`, …
+    pub quantity: String,
+    /// SI unit of it.
+    pub unit: String,
+    /// What the residual is laid out against, and its SI unit.
+    pub covariate: String,
+    /// SI unit of the covariate.
+    pub covariate_unit: String,
+    /// Means over stretches of the covariate, lowest first.
+    pub bins: Vec<ProfileBin>,
+    /// The interaction on which the finding changes most, a held-out one where there is any.
+    pub interaction: String,
+    /// Whether it was held out.
+    pub held_out: bool,
+    /// Samples of it.
+    pub samples: Vec<ProfileSample>,
+}
+
+/// Measured less foretold over a stretch of the covariate, without and with the finding.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct ProfileBin {
+    /// Mean of the covariate.
+    pub at: f64,
+    /// By the model without the finding.
+    pub before: f64,
+    /// By the model with all findings.
+    pub after: f64,
+    /// Standard deviation of these means, by how much interactions differ.
+    pub sd: f64,
+}
+
+/// One reading with what was foretold of it.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct ProfileSample {
+    /// s since the interaction's first sample.
+    pub time: f64,
+    /// As read.
+    pub measured: f64,
+    /// By the model without the finding.
+    pub before: f64,
+    /// By the model with all findings.
+    pub after: f64,
+}
+
+/// Of what the mean squared error of the plain model is made, as shares of it that sum to one.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Budget {
+    /// `force`, `torque`, `position`, …
+    pub quantity: String,
+    /// SI unit of it.
+    pub unit: String,
+    /// Root mean square error of the plain model.
+    pub rmse: f64,
+    /// The interactions that it is about.
+    pub interactions: Vec<String>,
+    /// What the findings take away.
+    pub named: f64,
+    /// What differs from repeat to repeat of the same touch: the level of friction or stiffness.
+    pub friction_law: f64,
+    /// What each contact leaves open: where the surface begins, its direction, a tare.
+    pub geometry: f64,
+    /// When exactly a reading was taken, and what still rings.
+    pub timing: f64,
+    /// What the sensors read at rest.
+    pub noise: f64,
+    /// The rest.
+    pub unexplained: f64,
 }
 
 /// The held-out error of the model as first fitted, by quantity (`force`, `position`, `rotation`, …).

@@ -25,7 +25,8 @@ mod truth;
 pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed};
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{
-    AskedTouch, BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Verdict,
+    AskedTouch, BaseFit, Budget, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Profile,
+    ProfileBin, ProfileSample, Verdict,
 };
 pub use disagree::{Compared, compared, joints_compared};
 pub use effect::{Coupling, Detent, Effect, JointEffects};

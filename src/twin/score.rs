@@ -320,6 +320,8 @@ mod tests {
             verdict: Verdict::Explained,
             findings: vec![finding],
             experiments: Vec::new(),
+            profiles: Vec::new(),
+            budgets: Vec::new(),
         }
     }
 

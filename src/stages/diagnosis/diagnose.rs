@@ -35,7 +35,7 @@ use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
 use crate::stages::estimation::{inertial, support_normal};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
+use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Profile, Verdict};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -69,6 +69,8 @@ fn nothing_named(base: BaseFit, verdict: Verdict) -> Diagnosis {
         verdict,
         findings: Vec::new(),
         experiments: Vec::new(),
+        profiles: Vec::new(),
+        budgets: Vec::new(),
     }
 }
 
@@ -144,7 +146,10 @@ pub fn diagnose(
         _ => Verdict::Explained,
     };
     findings.iter_mut().for_each(leave_room);
+    let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause);
     let diagnosis = Diagnosis {
+        profiles: curves.profiles.into_iter().filter(told).collect(),
+        budgets: curves.budgets,
         findings,
         experiments,
         ..nothing_named(base, verdict)

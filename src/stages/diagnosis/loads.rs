@@ -10,10 +10,11 @@ use super::motions::Motions;
 use super::named;
 use super::naming::Ladder;
 use super::rolls::Rolls;
+use super::shown::{budget, profiles};
 use super::tosses::Tosses;
 use super::{Curve, Trace};
 use crate::stages::estimation::Inertial;
-use crate::twin::{Evidence, Finding, Gain};
+use crate::twin::{Budget, Evidence, Finding, Gain, Profile};
 
 /// What is left of the odds of a name that does not explain the whole: on seeds of the lab and of MuJoCo worlds that were looked
 /// at about three in four of them were right.
@@ -30,6 +31,9 @@ pub(super) struct Loads {
     pub plain_tosses: Vec<Trace>,
     pub full_tosses: Vec<Trace>,
     pub tests: Vec<Evidence>,
+    /// What to show of each finding, and of what the errors of each kind of experiment are made.
+    pub profiles: Vec<Profile>,
+    pub budgets: Vec<Budget>,
     /// Named causes leave something that has no name.
     pub left: bool,
     pub effect_sizes: BTreeMap<&'static str, f64>,
@@ -47,6 +51,10 @@ impl Loads {
     pub fn named(&mut self, family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         self.note(family, ladder);
         let mut findings = named::findings(family, ladder);
+        self.profiles.extend(profiles(family, ladder, &findings));
+        if !findings.is_empty() {
+            self.budgets.extend(budget(family, ladder));
+        }
         if !findings.is_empty() {
             self.levels.extend(family.levels(&ladder.full));
         }

@@ -59,6 +59,7 @@ mod rubbing;
 mod screen;
 mod sensor;
 mod sensor_lag;
+mod shown;
 mod sinking;
 mod slide;
 mod slope;

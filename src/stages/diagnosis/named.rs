@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::family::{Family, Law};
+use super::family::{Family, Law, Scatter};
 use super::fit::{Fit, parameters};
 use super::marginal::{Point, group_state, predict, weights};
 use super::naming::{Ladder, Taken};
@@ -122,7 +122,7 @@ fn above_noise(family: &dyn Family, gain: &Gain, law: usize) -> bool {
 }
 
 /// The model with these laws on, with parameters of the full fit where they are in it.
-fn refit(family: &dyn Family, ladder: &Ladder, laws: &[usize]) -> Fit {
+pub(super) fn refit(family: &dyn Family, ladder: &Ladder, laws: &[usize]) -> Fit {
     if laws.is_empty() {
         return ladder.plain.clone();
     }
@@ -256,6 +256,11 @@ fn evidence(family: &dyn Family, taken: &Taken) -> Evidence {
 
 /// What is left of each sample of a held-out interaction, with what no model could foretell of it fitted `anew`.
 pub fn left(family: &dyn Family, fit: &Fit, group: usize, anew: bool) -> Vec<f64> {
+    left_of(family, fit, group, &|s| s.nuisance && anew)
+}
+
+/// What is left of each sample of an interaction with these of its random effects fitted anew.
+pub fn left_of(family: &dyn Family, fit: &Fit, group: usize, anew: &dyn Fn(&Scatter) -> bool) -> Vec<f64> {
     let point = Point {
         laws: &fit.laws,
         theta: &fit.theta,
@@ -264,7 +269,7 @@ pub fn left(family: &dyn Family, fit: &Fit, group: usize, anew: bool) -> Vec<f64
     let steps: Vec<f64> = priors.iter().map(|p| 1e-4 * p.sd).collect();
     let state = group_state(family, group, &point, &steps, &fit.noise);
     let own = family.scatter().iter().zip(state.effects.iter());
-    let effects: Vec<f64> = own.map(|(s, e)| if s.nuisance && anew { *e } else { 0.0 }).collect();
+    let effects: Vec<f64> = own.map(|(s, e)| if anew(s) { *e } else { 0.0 }).collect();
     let predicted = predict(family, group, &point, &effects);
     let measured = family.groups()[group].channels.iter().flat_map(|c| c.measured.iter());
     measured.zip(&predicted).map(|(m, p)| m - p).collect()

@@ -42,6 +42,13 @@ pub fn profile(family: &dyn Family, plain: &Fit) -> Option<Evidence> {
     })
 }
 
+/// Which covariate parts the errors of a model best.
+pub fn parting(family: &dyn Family, fit: &Fit) -> Option<usize> {
+    let count = family.covariates(*fit.groups.first()?).len();
+    let each = (0..count).filter_map(|k| Some((k, ends(family, fit, k)?.t.abs())));
+    each.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
+}
+
 fn ends(family: &dyn Family, plain: &Fit, k: usize) -> Option<Ends> {
     let none = vec![0.0; family.scatter().len()];
     let mut rows: Vec<(f64, f64)> = Vec::new();

@@ -53,6 +53,8 @@ impl Snapshots {
             verdict: if adequate { Verdict::Adequate } else { Verdict::Unknown },
             findings: Vec::new(),
             experiments: self.things.iter().flat_map(experiments).collect(),
+            profiles: Vec::new(),
+            budgets: Vec::new(),
         }
     }
 }

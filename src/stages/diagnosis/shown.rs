@@ -1,0 +1,214 @@
+//! What a roboticist should see of a finding: the profile that gave it away, one interaction without and with it, and of what the
+//! errors of the plain model are made.
+
+use super::family::{Family, Scatter};
+use super::fit::Fit;
+use super::named::{left, left_of, refit};
+use super::naming::Ladder;
+use super::profile::parting;
+use crate::math::quantile;
+use crate::twin::{Budget, Finding, Profile, ProfileBin, ProfileSample};
+
+/// Stretches of a covariate, at most, and samples of an interaction.
+const BINS: usize = 8;
+const SAMPLES: usize = 200;
+
+/// The profile of each finding of a ladder.
+pub fn profiles(family: &dyn Family, ladder: &Ladder, findings: &[Finding]) -> Vec<Profile> {
+    let mut laws: Vec<usize> = Vec::new();
+    let mut out = Vec::new();
+    for taken in &ladder.taken {
+        let before = refit(family, ladder, &laws);
+        laws.push(taken.law);
+        let cause = family.laws()[taken.law].cause;
+        if findings.iter().any(|f| f.cause == cause) {
+            out.extend(profile(family, &before, ladder, taken.law));
+        }
+    }
+    out
+}
+
+fn profile(family: &dyn Family, before: &Fit, ladder: &Ladder, law: usize) -> Option<Profile> {
+    let kind = family.about(law);
+    let k = parting(family, before)?;
+    let (covariate, covariate_unit, _) = family.covariates(*before.groups.first()?).swap_remove(k);
+    let quantity = family.kinds().get(kind)?.quantity;
+    let fits = [before, &ladder.full];
+    let all: Vec<usize> = (0..family.groups().len()).collect();
+    let each: Vec<Vec<Row>> = all.iter().map(|g| rows(family, fits, *g, kind, k)).collect();
+    let change = |g: usize| {
+        each[g]
+            .iter()
+            .map(|r| r.left[0].powi(2) - r.left[1].powi(2))
+            .sum::<f64>()
+    };
+    let held: Vec<usize> = all.iter().copied().filter(|g| family.groups()[*g].held_out).collect();
+    let of = if held.is_empty() { all } else { held };
+    let most = of.into_iter().max_by(|a, b| change(*a).total_cmp(&change(*b)))?;
+    Some(Profile {
+        cause: family.laws()[law].cause.into(),
+        quantity: quantity.name().into(),
+        unit: quantity.unit().into(),
+        covariate: covariate.into(),
+        covariate_unit: covariate_unit.into(),
+        bins: bins(&each),
+        interaction: family.groups()[most].name.clone(),
+        held_out: family.groups()[most].held_out,
+        samples: samples(&each[most]),
+    })
+}
+
+/// One reading: the covariate (not a number where it is not defined), when, what was read, and what is left by either model.
+struct Row {
+    at: f64,
+    time: f64,
+    measured: f64,
+    left: [f64; 2],
+}
+
+fn rows(family: &dyn Family, fits: [&Fit; 2], group: usize, kind: usize, k: usize) -> Vec<Row> {
+    let [before, after] = fits.map(|f| left(family, f, group, true));
+    let covariates = family.covariates(group);
+    let clock = covariates.iter().find(|c| c.0.starts_with("time since the capture"));
+    let channels = &family.groups()[group].channels;
+    let kinds = channels
+        .iter()
+        .flat_map(|c| std::iter::repeat_n(c.kind, c.measured.len()));
+    let measured: Vec<f64> = channels.iter().flat_map(|c| c.measured.iter().copied()).collect();
+    let row = |(i, own): (usize, usize)| {
+        let row = Row {
+            at: covariates.get(k).map_or(f64::NAN, |c| c.2[i]),
+            time: clock.map_or(i as f64, |c| c.2[i]),
+            measured: measured[i],
+            left: [before[i], after[i]],
+        };
+        (own == kind && row.at.is_finite()).then_some(row)
+    };
+    kinds.enumerate().filter_map(row).collect()
+}
+
+/// Means over stretches with as many samples each.
+fn bins(each: &[Vec<Row>]) -> Vec<ProfileBin> {
+    let places: Vec<f64> = each.iter().flatten().map(|r| r.at).collect();
+    let edge = |i: usize| quantile(&places, i as f64 / BINS as f64);
+    let mut edges: Vec<f64> = (0..=BINS).filter_map(edge).collect();
+    edges.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs().max(1e-9));
+    let last = edges.len().saturating_sub(2);
+    let bin = |(i, e): (usize, &[f64])| {
+        let within = |r: &&Row| r.at >= e[0] && (r.at < e[1] || i == last);
+        // An interaction's samples err alike: what counts is how interactions differ.
+        let mut means = Vec::new();
+        let (mut at, mut n) = (0.0, 0.0);
+        for group in each {
+            let own: Vec<&Row> = group.iter().filter(within).collect();
+            if own.is_empty() {
+                continue;
+            }
+            let count = own.len() as f64;
+            let mean = |j: usize| own.iter().map(|r| r.left[j]).sum::<f64>() / count;
+            means.push([mean(0), mean(1)]);
+            (at, n) = (at + own.iter().map(|r| r.at).sum::<f64>(), n + count);
+        }
+        let m = means.len() as f64;
+        let mean = |j: usize| means.iter().map(|x| x[j]).sum::<f64>() / m;
+        let (before, after) = (mean(0), mean(1));
+        let spread = means.iter().map(|x| (x[1] - after).powi(2)).sum::<f64>() / (m - 1.0).max(1.0);
+        (m > 0.0).then(|| ProfileBin {
+            at: at / n,
+            before,
+            after,
+            sd: (spread / m).sqrt(),
+        })
+    };
+    edges.windows(2).enumerate().filter_map(bin).collect()
+}
+
+fn samples(rows: &[Row]) -> Vec<ProfileSample> {
+    let first = rows.first().map_or(0.0, |r| r.time);
+    let step = rows.len().div_ceil(SAMPLES).max(1);
+    let one = |r: &Row| ProfileSample {
+        time: r.time - first,
+        measured: r.measured,
+        before: r.measured - r.left[0],
+        after: r.measured - r.left[1],
+    };
+    rows.iter().step_by(step).map(one).collect()
+}
+
+/// Of what the mean squared error of the plain model is made on held-out interactions, or on all where none was held out.
+///
+/// What the findings take away; then what fitting the level of each touch anew takes away, then what fitting its contact anew
+/// does; of the rest what the jitter of clocks and the ringing leave open, and what the sensor reads at rest.
+pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
+    let kind = ladder.taken.first().map_or(0, |t| family.about(t.law));
+    let held: Vec<usize> = (0..family.groups().len())
+        .filter(|g| family.groups()[*g].held_out)
+        .collect();
+    let groups = if held.is_empty() {
+        ladder.plain.groups.clone()
+    } else {
+        held
+    };
+    let square = |fit: &Fit, anew: &dyn Fn(&Scatter) -> bool| {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for g in &groups {
+            let channels = family.groups()[*g].channels.iter();
+            let own = channels.flat_map(|c| std::iter::repeat_n(c.kind == kind, c.measured.len()));
+            for (e, _) in left_of(family, fit, *g, anew)
+                .into_iter()
+                .zip(own)
+                .filter(|(_, own)| *own)
+            {
+                (sum, n) = (sum + e * e, n + 1.0);
+            }
+        }
+        sum / f64::max(n, 1.0)
+    };
+    let whole = square(&ladder.plain, &|_| false);
+    if !(whole.is_finite() && whole > 0.0) {
+        return None;
+    }
+    let about = &family.kinds()[kind];
+    let mut open = whole;
+    let mut take = |left: f64| {
+        let part = (open - left).max(0.0);
+        open -= part;
+        part / whole
+    };
+    let named = take(square(&ladder.full, &|_| false));
+    let friction_law = take(square(&ladder.full, &|s| !s.nuisance));
+    let geometry = take(square(&ladder.full, &|_| true));
+    let noise = take((open_after(whole, [named, friction_law, geometry]) - about.sigma.powi(2)).max(0.0));
+    let timing =
+        take((open_after(whole, [named + noise, friction_law, geometry]) - clocks(family, &groups, kind)).max(0.0));
+    Some(Budget {
+        quantity: about.quantity.name().into(),
+        unit: about.quantity.unit().into(),
+        rmse: whole.sqrt(),
+        interactions: groups.iter().map(|g| family.groups()[*g].name.clone()).collect(),
+        named,
+        friction_law,
+        geometry,
+        timing,
+        noise,
+        unexplained: (1.0 - named - friction_law - geometry - timing - noise).max(0.0),
+    })
+}
+
+fn open_after(whole: f64, taken: [f64; 3]) -> f64 {
+    whole * (1.0 - taken.iter().sum::<f64>())
+}
+
+/// Mean square of what the jitter of clocks makes of a signal that changes, and of what is left out on purpose.
+fn clocks(family: &dyn Family, groups: &[usize], kind: usize) -> f64 {
+    let jitter = family.kinds()[kind].jitter;
+    let (mut sum, mut n) = (0.0, 0.0);
+    for g in groups {
+        for c in family.groups()[*g].channels.iter().filter(|c| c.kind == kind) {
+            for (d, a) in c.change.iter().zip(&c.aside) {
+                (sum, n) = (sum + (jitter * d).powi(2) + a * a, n + 1.0);
+            }
+        }
+    }
+    sum / f64::max(n, 1.0)
+}

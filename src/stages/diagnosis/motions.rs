@@ -35,6 +35,8 @@ const SURE: f64 = 0.1;
 const RESOLVED: f64 = 0.02;
 /// Log evidence over the plain model, nats, from which on a play is named.
 const PLAY: f64 = 25.0;
+/// Step of the sensor over dry friction from which on its rounding is no noise.
+const COARSE: f64 = 0.5;
 /// Laws that the estimation of a joint knows.
 const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
@@ -83,6 +85,8 @@ pub struct Motions {
     by_hand: bool,
     /// How well it is known where its position is 0, rad or m.
     counted_from: f64,
+    /// Its forces are rounded to steps as large as they are.
+    coarse: bool,
 }
 
 /// Joints whose motions can be judged, one family each.
@@ -150,6 +154,7 @@ impl Motions {
             turning: Turning::default(),
             by_hand: reads.iter().any(|r| r.by_hand),
             counted_from: reads.first().map_or(0.0, |r| r.zero),
+            coarse: false,
         };
         for read in reads {
             out.add(read);
@@ -170,6 +175,7 @@ impl Motions {
     pub fn rounded(mut self, lost: f64) -> Self {
         let kind = &mut self.sheet.kinds[0];
         kind.sigma = kind.sigma.hypot(lost * self.lever);
+        self.coarse = lost * 12.0_f64.sqrt() * self.lever > COARSE * self.friction;
         self
     }
 
@@ -328,6 +334,11 @@ impl Family for Motions {
         let against = self.told.filter(|_| !told).map(|f| (self.friction / f).ln());
         let beside = |level: Level| Some(level.shifted(against?));
         level.and_then(beside).into_iter().collect()
+    }
+
+    /// A force of a step or two is read as the one or the other, by where the edge lies: that goes with all it depends on.
+    fn shows(&self, _law: usize) -> bool {
+        !self.coarse
     }
 
     fn passes_all_places(&self) -> bool {

@@ -50,6 +50,8 @@ pub struct Scale {
     pub load: f64,
     /// Largest force of the tool along the freedom, N.
     pub force: f64,
+    /// Largest of its components in the room, N.
+    pub component: f64,
     /// rad/s or m/s.
     pub speed: f64,
     /// Lowest and highest position, rad or m.
@@ -116,6 +118,10 @@ impl Motions {
             load: largest,
             // A single reading may stray.
             force: quantile(&loads().map(|l| (l.load / l.lever).abs()).collect::<Vec<_>>(), 0.998)?,
+            component: quantile(
+                &loads().map(|l| (l.way * (l.load / l.lever)).amax()).collect::<Vec<_>>(),
+                0.998,
+            )?,
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
@@ -241,6 +247,7 @@ impl Motions {
                 gain: gains[i],
                 load: l[i].load,
                 lever: l[i].lever,
+                way: l[i].way,
                 slip: travelled,
                 back,
                 turned_back,

@@ -117,8 +117,15 @@ pub fn diagnose(
     // A force that comes up late puts the first touch late, and what is tracked before it.
     findings.extend(late.as_ref().map(HandDelay::finding));
     if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
-        let even = if findings.iter().any(at_a_place) { &[] } else { fast };
-        let read = delay_finding(&slid).or_else(|| curves.clocks.finding());
+        let thick = findings.iter().any(|f| f.cause == "viscous-friction");
+        let even = if thick || findings.iter().any(at_a_place) {
+            &[]
+        } else {
+            fast
+        };
+        // Friction that grows with speed comes up as the body does, the later the faster the push.
+        let begun = || curves.clocks.finding().filter(|_| !thick);
+        let read = delay_finding(&slid).or_else(begun);
         let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
         take_up(&mut findings, read.or_else(of_blows));
     }

@@ -246,7 +246,11 @@ fn hops(capture: &Capture, axis: usize) -> bool {
     let (mut changes, mut count) = (0, 0);
     for stream in streams {
         count += 1;
-        changes += stream.force.windows(2).filter(|w| (w[0][axis] - w[1][axis]).abs() > 0.0).count();
+        changes += stream
+            .force
+            .windows(2)
+            .filter(|w| (w[0][axis] - w[1][axis]).abs() > 0.0)
+            .count();
     }
     changes >= HOPS * count
 }

@@ -16,7 +16,7 @@ use super::joints::joint_findings;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
 use super::motions::{Motions, of_all_joints};
-use super::naming::climb;
+use super::naming::{NAMED, climb};
 use super::offset::centre_findings;
 use super::onset::{Onset, onset_findings, onsets};
 use super::play::play_findings;
@@ -235,7 +235,8 @@ fn name_causes(
                 .iter()
                 .any(|(cause, place)| f.cause == *cause && f.place == *place)
         });
-        findings.extend(placed(loads.named(family, &ladder), thing_of(family, capture)));
+        let found = placed(loads.named(family, &ladder), thing_of(family, capture));
+        findings.extend(beside(found, findings));
         if let Some(joint) = joint {
             loads.of_joint(joint, &ladder);
         }
@@ -274,6 +275,19 @@ fn name_causes(
 
 /// Where a law of pushes or presses acts, before it is said on which thing.
 const BODY: &str = "body";
+
+/// Beside a centre of mass that turning and lifting found off, what forces name has to be worth as much as any second effect.
+fn beside(mut found: Vec<Finding>, earlier: &[Finding]) -> Vec<Finding> {
+    let weak = |f: &Finding| {
+        f.evidence
+            .iter()
+            .any(|e| e.test.starts_with("log evidence") && e.statistic < NAMED)
+    };
+    if earlier.iter().any(|f| f.cause == "com-offset") {
+        found.retain(|f| !weak(f));
+    }
+    found
+}
 
 fn placed(mut findings: Vec<Finding>, thing: Option<&str>) -> Vec<Finding> {
     for (finding, thing) in findings

@@ -111,6 +111,20 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
     active.iter().map(one).sum()
 }
 
+/// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
+pub fn creep(fast: f64, turns: bool) -> Parameter {
+    Parameter {
+        high: (0.1 * fast).ln(),
+        ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.02 * fast, 0.8)
+    }
+}
+
+/// How dry friction sets in with speed, in units of the creep speed: in proportion, then in full. A world that rounds
+/// the corner off, as simulators do, is no damper.
+pub fn set_in(speed: f64) -> f64 {
+    speed / (1.0 + speed.powi(4)).powf(0.25)
+}
+
 /// Factor on dry friction while it slides.
 pub fn sliding(m: &Moved, active: &[Active]) -> f64 {
     let one = |a: &Active| {
@@ -330,7 +344,7 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
 }
 
 /// Least end of the range over the largest component of the force along the freedom.
-const ENDS: f64 = 0.85;
+const ENDS: f64 = 0.6;
 
 fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     let (largest, component) = (s.force.max(1e-3), s.component.max(1e-3));
@@ -372,7 +386,7 @@ fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
                     ..Parameter::scale("Fs", "N", component, 0.3)
                 }],
             ),
-            vec![vec![(0.98 * component).ln()], vec![(0.92 * component).ln()]],
+            vec![vec![(0.95 * component).ln()]],
             "the sensor cuts off large forces along its axes",
         ),
         make.plain(

@@ -14,7 +14,7 @@ use super::levels::{Level, Number};
 use super::marginal::weights;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, loose};
-use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
+use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, read, set_in, sliding};
 use super::motion_reads::{BIN, Read, read_all};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::named::left;
@@ -37,6 +37,8 @@ const RESOLVED: f64 = 0.02;
 const PLAY: f64 = 25.0;
 /// Step of the sensor over dry friction from which on its rounding is no noise.
 const COARSE: f64 = 0.5;
+/// Logarithm of what a joint may rub over what is read of it where that is cut off.
+const CUT: f64 = 0.7;
 /// Laws that the estimation of a joint knows.
 const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
@@ -50,7 +52,7 @@ pub struct Scale {
     pub load: f64,
     /// Largest force of the tool along the freedom, N.
     pub force: f64,
-    /// Largest of its components in the room, N.
+    /// Of its components in the room where it moves, the largest but for noise, N.
     pub component: f64,
     /// rad/s or m/s.
     pub speed: f64,
@@ -114,13 +116,14 @@ impl Motions {
         let sizes: Vec<f64> = moving.iter().map(|l| l.load.abs()).collect();
         let (friction, largest) = (median(&sizes)?.max(1e-6), quantile(&sizes, 0.95)?.max(1e-6));
         let places: Vec<f64> = moving.iter().map(|l| l.position).collect();
+        let felt = |l: &JointLoad| l.load / l.lever;
         let scale = Scale {
             load: largest,
             // A single reading may stray.
-            force: quantile(&loads().map(|l| (l.load / l.lever).abs()).collect::<Vec<_>>(), 0.998)?,
+            force: quantile(&loads().map(|l| felt(l).abs()).collect::<Vec<_>>(), 0.998)?,
             component: quantile(
-                &loads().map(|l| (l.way * (l.load / l.lever)).amax()).collect::<Vec<_>>(),
-                0.998,
+                &moving.iter().map(|l| (l.way * felt(l)).amax()).collect::<Vec<_>>(),
+                0.95,
             )?,
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
@@ -275,20 +278,6 @@ impl Motions {
     }
 }
 
-/// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
-fn creep(fast: f64, turns: bool) -> Parameter {
-    Parameter {
-        high: (0.1 * fast).ln(),
-        ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.02 * fast, 0.8)
-    }
-}
-
-/// How dry friction sets in with speed, in units of the creep speed: in proportion, then in full. A world that rounds
-/// the corner off, as simulators do, is no damper.
-fn set_in(speed: f64) -> f64 {
-    speed / (1.0 + speed.powi(4)).powf(0.25)
-}
-
 fn scatter_of(lever: f64) -> Vec<Scatter> {
     let of = |tau: f64, counts: f64, floor: f64, nuisance: bool, step: f64| Scatter {
         tau,
@@ -346,6 +335,12 @@ impl Family for Motions {
     /// A force of a step or two is read as the one or the other, by where the edge lies: that goes with all it depends on.
     fn shows(&self, _law: usize) -> bool {
         !self.coarse
+    }
+
+    fn afresh(&self, law: usize) -> Vec<f64> {
+        let cut = self.sheet.laws[law].form == form::SATURATION_ROOM;
+        let more = [if cut { CUT } else { 0.0 }, 0.0, 0.0, 0.0];
+        self.base().iter().zip(more).map(|(p, m)| p.centre + m).collect()
     }
 
     fn passes_all_places(&self) -> bool {

@@ -278,6 +278,17 @@ mod tests {
     }
 
     #[test]
+    fn tops_prove_a_level_after_unlike_blows_only() {
+        let stop = |speed: f64| Stop {
+            mean: 1.0,
+            missed: false,
+            speed,
+        };
+        assert!(!unlike(&[stop(0.004), stop(0.0045), stop(0.0037)]));
+        assert!(unlike(&[stop(0.004), stop(0.0045), stop(0.02)]));
+    }
+
+    #[test]
     fn dry_friction_is_no_end_of_a_range() {
         assert!(ceiling_of(&capture(f64::INFINITY)).is_none());
     }

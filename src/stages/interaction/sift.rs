@@ -254,3 +254,57 @@ fn hops(capture: &Capture, axis: usize) -> bool {
     }
     changes >= HOPS * count
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::{Noise, WrenchStream};
+
+    /// A force of so many newtons, now one way, now the other, read with noise or without and rounded to `step`.
+    fn read(size: f64, noise: f64, step: f64) -> Capture {
+        let dice = |i: i32| (f64::from(i) * 12.9898).sin() * 43758.5453;
+        let one = |i: i32| {
+            let way = [0.0, 1.0, -1.0][(i / 100 % 3) as usize];
+            let force = size * way + noise * (dice(i) - dice(i).floor() - 0.5);
+            Vector3::new(0.0, (force / step).round() * step, 0.0)
+        };
+        let stream = WrenchStream {
+            time: (0..900).map(|i| 0.002 * f64::from(i)).collect(),
+            force: (0..900).map(one).collect(),
+            ..WrenchStream::default()
+        };
+        Capture {
+            root: Default::default(),
+            name: "made-up".into(),
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            support: None,
+            cameras: Vec::new(),
+            views: Vec::new(),
+            bodies: Vec::new(),
+            noise: Noise::default(),
+            interactions: vec![Interaction {
+                name: "pull".into(),
+                kind: Kind::Pull,
+                action: None,
+                tool_name: None,
+                tool: None,
+                target: None,
+                force: Some(stream),
+                tool_path: None,
+                support_path: None,
+                tracks: Default::default(),
+                frames: None,
+                held_out: false,
+            }],
+            truth: None,
+            digest: String::new(),
+        }
+    }
+
+    #[test]
+    fn three_values_are_a_comb_where_noise_hops_between_them() {
+        let (step, values) = rounding_of(&read(0.26, 0.1, 0.53), 0.0).expect("a step");
+        assert!((step - 0.53).abs() < 1e-9 && values == 3, "{step} {values}");
+        assert!(rounding_of(&read(0.3, 0.0, 0.3), 0.0).is_none());
+    }
+}

@@ -34,7 +34,7 @@ use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
-use crate::stages::estimation::inertial;
+use crate::stages::estimation::{Inertial, inertial};
 use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Verdict};
 
 /// A diagnosis with the curves that it rests on.
@@ -117,17 +117,8 @@ pub fn diagnose(
     // A force that comes up late puts the first touch late, and what is tracked before it.
     findings.extend(late.as_ref().map(HandDelay::finding));
     if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
-        let thick = findings.iter().any(|f| f.cause == "viscous-friction");
-        let even = if thick || findings.iter().any(at_a_place) {
-            &[]
-        } else {
-            fast
-        };
-        // Friction that grows with speed comes up as the body does, the later the faster the push.
-        let begun = || curves.clocks.finding().filter(|_| !thick);
-        let read = delay_finding(&slid).or_else(begun);
-        let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
-        take_up(&mut findings, read.or_else(of_blows));
+        let delay = two_clocks(&slid, (&curves, fast), model, &findings);
+        take_up(&mut findings, delay);
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
     findings.extend(sensor_findings(capture, faults, &traces));
@@ -162,6 +153,25 @@ pub fn diagnose(
         effect_sizes: curves.effect_sizes,
         levels: curves.levels,
     })
+}
+
+/// Track and force by two clocks, as the ways, the beginnings and the blows of pushes tell it beside what was found.
+fn two_clocks(
+    slid: &[Trace],
+    (curves, fast): (&Loads, &[Inertial]),
+    model: &Model,
+    findings: &[Finding],
+) -> Option<Finding> {
+    let thick = findings.iter().any(|f| f.cause == "viscous-friction");
+    let even = if thick || findings.iter().any(at_a_place) {
+        &[]
+    } else {
+        fast
+    };
+    // Friction that grows with speed comes up as the body does, the later the faster the push.
+    let begun = || curves.clocks.finding().filter(|_| !thick);
+    let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
+    delay_finding(slid).or_else(begun).or_else(of_blows)
 }
 
 /// Causes that act on a body at one place of the support.

@@ -32,12 +32,13 @@ const PART: [f64; 2] = [0.15, 0.95];
 /// pushes that were not fitted.
 pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
     let ways: Vec<(&Trace, Way)> = traces.iter().filter_map(|t| Some((t, Way::of(t)?))).collect();
-    let straight = |w: &(&Trace, Way)| w.1.turned < STRAIGHT;
-    let enough = ways.iter().filter(|w| !w.0.held_out && straight(w)).count() >= FEWEST;
-    let (held, fitted): (Vec<_>, Vec<_>) = ways
-        .iter()
-        .filter(|w| !enough || straight(w))
-        .partition(|(t, _)| t.held_out);
+    // What went straight tells it best; all together may, too.
+    let straight: Vec<_> = ways.iter().filter(|w| w.1.turned < STRAIGHT).collect();
+    told_by(&straight).or_else(|| told_by(&ways.iter().collect::<Vec<_>>()))
+}
+
+fn told_by(ways: &[&(&Trace, Way)]) -> Option<Finding> {
+    let (held, fitted): (Vec<&(&Trace, Way)>, Vec<&(&Trace, Way)>) = ways.iter().copied().partition(|w| w.0.held_out);
     if fitted.len() < FEWEST {
         return None;
     }

@@ -102,9 +102,11 @@ pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
 }
 
 /// Adds a delay to what was found, less what it feigns: to a camera that is early a body slides before the force is there, as on
-/// bristles.
+/// bristles. A finger that gives way puts what it pushes behind: where one was found, that is no camera that is late.
 pub fn take_up(findings: &mut Vec<Finding>, delay: Option<Finding>) {
     let early = |f: &Finding| f.parameters.get("tau").is_some_and(|tau| tau.value < 0.0);
+    let gives = findings.iter().any(|f| f.cause == "contact-law");
+    let delay = delay.filter(|f| early(f) || !gives || f.cause != "time-delay");
     if delay.as_ref().is_some_and(early) {
         findings.retain(|f| f.cause != "presliding");
     }
@@ -123,7 +125,7 @@ fn constant(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding> {
     let (mean, scatter) = all.tau;
     // A push that went another way than foretold says nothing of time: most of them count.
     let against = all.values.iter().filter(|d| **d * mean < 0.0).count();
-    if mean.abs() < LEAST || mean.abs() < CLEAR * scatter || 5 * against > each.len() {
+    if mean.abs() < LEAST || mean.abs() < CLEAR * scatter || 5 * against > each.len() || is_a_way(each) {
         return None;
     }
     let side = if mean > 0.0 { "behind" } else { "ahead of" };
@@ -150,6 +152,17 @@ fn constant(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding> {
         }];
     }
     Some(finding)
+}
+
+/// Whether what is tracked is off by one way at all speeds rather than by one time.
+fn is_a_way(each: &[Late]) -> bool {
+    let unlike = |of: &dyn Fn(&Late) -> f64| {
+        let mean = each.iter().map(of).sum::<f64>() / each.len() as f64;
+        each.iter().map(|e| (of(e) / mean - 1.0).powi(2)).sum::<f64>()
+    };
+    let slowest = each.iter().map(|e| e.speed).fold(f64::INFINITY, f64::min);
+    let varied = each.iter().any(|e| e.speed > PACES * slowest);
+    varied && unlike(&|e| e.tau * e.speed) < unlike(&|e| e.tau)
 }
 
 /// The delay grows with time: the clocks of tool and tracking run apart.
@@ -319,6 +332,13 @@ mod tests {
             assert!((said - tau).abs() < 2e-3, "{said} for {tau}");
             assert!(found.gain.reduction > 0.5, "{:?}", found.gain);
         }
+    }
+
+    #[test]
+    fn a_way_is_no_delay() {
+        let behind = |(i, v): (usize, f64)| push(&format!("push-{i}"), v, 6e-4 / v, i > 4);
+        let all = [0.02, 0.04, 0.08, 0.03, 0.06, 0.05].into_iter().enumerate();
+        assert!(delay_finding(&all.map(behind).collect::<Vec<_>>()).is_none());
     }
 
     #[test]

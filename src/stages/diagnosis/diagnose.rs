@@ -16,7 +16,7 @@ use super::joints::joint_findings;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
 use super::motions::{Motions, of_all_joints};
-use super::naming::climb;
+use super::naming::{NAMED, climb};
 use super::offset::centre_findings;
 use super::onset::{Onset, onset_findings, onsets};
 use super::play::play_findings;
@@ -34,7 +34,7 @@ use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
-use crate::stages::estimation::{inertial, support_normal};
+use crate::stages::estimation::{Inertial, inertial, support_normal};
 use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Profile, Verdict};
 
 /// A diagnosis with the curves that it rests on.
@@ -119,10 +119,8 @@ pub fn diagnose(
     // A force that comes up late puts the first touch late, and what is tracked before it.
     findings.extend(late.as_ref().map(HandDelay::finding));
     if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
-        let even = if findings.iter().any(at_a_place) { &[] } else { fast };
-        let read = delay_finding(&slid).or_else(|| curves.clocks.finding());
-        let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
-        take_up(&mut findings, read.or_else(of_blows));
+        let delay = two_clocks(&slid, (&curves, fast), model, &findings);
+        take_up(&mut findings, delay);
     }
     findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
     findings.extend(sensor_findings(capture, faults, &traces));
@@ -160,6 +158,25 @@ pub fn diagnose(
         effect_sizes: curves.effect_sizes,
         levels: curves.levels,
     })
+}
+
+/// Track and force by two clocks, as the ways, the beginnings and the blows of pushes tell it beside what was found.
+fn two_clocks(
+    slid: &[Trace],
+    (curves, fast): (&Loads, &[Inertial]),
+    model: &Model,
+    findings: &[Finding],
+) -> Option<Finding> {
+    let thick = findings.iter().any(|f| f.cause == "viscous-friction");
+    let even = if thick || findings.iter().any(at_a_place) {
+        &[]
+    } else {
+        fast
+    };
+    // Friction that grows with speed comes up as the body does, the later the faster the push.
+    let begun = || curves.clocks.finding().filter(|_| !thick);
+    let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
+    delay_finding(slid).or_else(begun).or_else(of_blows)
 }
 
 /// Causes that act on a body at one place of the support.
@@ -233,9 +250,9 @@ fn name_causes(
                 .iter()
                 .any(|(cause, place)| f.cause == *cause && f.place == *place)
         });
-        let named = loads.named(family, &ladder);
-        asked.extend(named.iter().filter_map(|f| asking::asked(family, &ladder, f)));
-        findings.extend(placed(named, thing_of(family, capture)));
+        let found = beside(loads.named(family, &ladder), findings);
+        asked.extend(found.iter().filter_map(|f| asking::asked(family, &ladder, f)));
+        findings.extend(placed(found, thing_of(family, capture)));
         if let Some(joint) = joint {
             loads.of_joint(joint, &ladder);
         }
@@ -286,6 +303,19 @@ fn centre_of(findings: &[Finding]) -> Option<&str> {
 
 /// Where a law of pushes or presses acts, before it is said on which thing.
 const BODY: &str = "body";
+
+/// Beside a centre of mass that turning and lifting found off, what forces name has to be worth as much as any second effect.
+fn beside(mut found: Vec<Finding>, earlier: &[Finding]) -> Vec<Finding> {
+    let weak = |f: &Finding| {
+        f.evidence
+            .iter()
+            .any(|e| e.test.starts_with("log evidence") && e.statistic < NAMED)
+    };
+    if earlier.iter().any(|f| f.cause == "com-offset") {
+        found.retain(|f| !weak(f));
+    }
+    found
+}
 
 fn placed(mut findings: Vec<Finding>, thing: Option<&str>) -> Vec<Finding> {
     for (finding, thing) in findings

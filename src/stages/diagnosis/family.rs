@@ -180,6 +180,11 @@ pub trait Family: Sync {
         false
     }
 
+    /// Where the base may have to start beside a law without an amplitude, which does not tell it to make room.
+    fn afresh(&self, _law: usize) -> Vec<f64> {
+        self.base().iter().map(|p| p.centre).collect()
+    }
+
     /// Whether held-out interactions pass the same places as the fitted ones.
     fn passes_all_places(&self) -> bool {
         false

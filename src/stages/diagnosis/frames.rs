@@ -23,6 +23,8 @@ const WORTH: f64 = 0.3;
 const MEDIAN: f64 = 1.25;
 /// Shortest way that tells it, m.
 const WAY: f64 = 0.012;
+/// What turns by less went straight, rad: how far a body that turns goes aside is told by its friction, and known less well.
+const STRAIGHT: f64 = 0.15;
 /// Part of the way that is compared: the tool touches, and has not yet let go.
 const PART: [f64; 2] = [0.15, 0.95];
 
@@ -30,7 +32,13 @@ const PART: [f64; 2] = [0.15, 0.95];
 /// pushes that were not fitted.
 pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
     let ways: Vec<(&Trace, Way)> = traces.iter().filter_map(|t| Some((t, Way::of(t)?))).collect();
-    let (held, fitted): (Vec<_>, Vec<_>) = ways.iter().partition(|(t, _)| t.held_out);
+    // What went straight tells it best; all together may, too.
+    let straight: Vec<_> = ways.iter().filter(|w| w.1.turned < STRAIGHT).collect();
+    told_by(&straight).or_else(|| told_by(&ways.iter().collect::<Vec<_>>()))
+}
+
+fn told_by(ways: &[&(&Trace, Way)]) -> Option<Finding> {
+    let (held, fitted): (Vec<&(&Trace, Way)>, Vec<&(&Trace, Way)>) = ways.iter().copied().partition(|w| w.0.held_out);
     if fitted.len() < FEWEST {
         return None;
     }
@@ -154,6 +162,8 @@ impl Told {
 struct Way {
     rows: Vec<(f64, f64, f64)>,
     noise: Option<f64>,
+    /// By how much the body turned at most, rad.
+    turned: f64,
 }
 
 impl Way {
@@ -174,7 +184,10 @@ impl Way {
             })
             .filter(|r| (PART[0]..PART[1]).contains(&(r.0 / last)) && r.1.is_finite() && r.2.is_finite())
             .collect();
+        let headings = trace.curves.iter().filter(|c| c.quantity == Quantity::Rotation);
+        let turned = headings.flat_map(|c| &c.measured).filter(|a| a.is_finite());
         (rows.len() >= 8).then_some(Self {
+            turned: turned.fold(0.0, |most, a| most.max(a.abs())),
             rows,
             noise: along.noise,
         })
@@ -254,5 +267,23 @@ mod tests {
         let turned = found(0.0, -0.04).expect("a rotation");
         assert!(turned.cause == "tracking-error" && (turned.parameters["a"].value + 0.04).abs() < 2e-3);
         assert!(found(0.0, 0.0).is_none() && found(0.004, 0.005).is_none());
+    }
+
+    #[test]
+    fn what_turns_does_not_drown_what_went_straight() {
+        let turned = |k: usize| {
+            let mut trace = push(k, 0.0, if k % 2 == 0 { 0.06 } else { -0.05 });
+            let way = &trace.curves[0];
+            trace.curves.push(Curve {
+                label: "tin: heading".into(),
+                quantity: Quantity::Rotation,
+                measured: way.predicted.iter().map(|p| 10.0 * p).collect(),
+                ..way.clone()
+            });
+            trace
+        };
+        let all = (0..9).map(|k| push(k, 0.0, -0.02)).chain((9..18).map(turned));
+        let found = frame_finding(&all.collect::<Vec<_>>()).expect("a rotation");
+        assert!((found.parameters["a"].value + 0.02).abs() < 2e-3, "{found:?}");
     }
 }

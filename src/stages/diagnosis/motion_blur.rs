@@ -125,6 +125,7 @@ mod tests {
             load: 1.0,
             lever: 0.4,
             aside: [0.0; 2],
+            way: nalgebra::Vector3::y(),
             position: 0.0,
             speed,
             speed_gain: 8.0,

@@ -1,5 +1,7 @@
 //! What may be wrong with an ideal joint that has dry friction: laws of the joint and of what feels it.
 
+use nalgebra::Vector3;
+
 use super::family::{Active, Law, Parameter};
 use super::motion_history::{freed, history_laws};
 use super::motion_places::local_laws;
@@ -27,6 +29,7 @@ pub(super) mod form {
     pub const BACKLASH: usize = 17;
     pub const LOOSE: usize = 18;
     pub const BACKLASH_ANEW: usize = 19;
+    pub const SATURATION_ROOM: usize = 20;
 }
 
 /// One moment of a joint at work.
@@ -44,6 +47,8 @@ pub struct Moved {
     pub load: f64,
     /// N·m per N.
     pub lever: f64,
+    /// Unit vector, in the room, of the force that moves it.
+    pub way: Vector3<f64>,
     /// Way since it last stood or turned back, rad or m.
     pub slip: f64,
     /// Way since it last turned back, or since it was first seen where it has not yet, rad or m.
@@ -106,6 +111,20 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
     active.iter().map(one).sum()
 }
 
+/// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
+pub fn creep(fast: f64, turns: bool) -> Parameter {
+    Parameter {
+        high: (0.1 * fast).ln(),
+        ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.02 * fast, 0.8)
+    }
+}
+
+/// How dry friction sets in with speed, in units of the creep speed: in proportion, then in full. A world that rounds
+/// the corner off, as simulators do, is no damper.
+pub fn set_in(speed: f64) -> f64 {
+    speed / (1.0 + speed.powi(4)).powf(0.25)
+}
+
 /// Factor on dry friction while it slides.
 pub fn sliding(m: &Moved, active: &[Active]) -> f64 {
     let one = |a: &Active| {
@@ -142,6 +161,11 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
             form::BIAS => load + x[0] * m.lever,
             form::DRIFT => load + x[0] * m.time * m.lever,
             form::SATURATION => load.clamp(-x[0].exp() * m.lever, x[0].exp() * m.lever),
+            // What turns takes the force through the sensor's axes: each of them ends for itself.
+            form::SATURATION_ROOM => {
+                let felt = m.way * (load / m.lever.max(1e-9));
+                m.lever * m.way.dot(&felt.map(|f| f.clamp(-x[0].exp(), x[0].exp())))
+            }
             _ => load,
         }
     })
@@ -160,7 +184,10 @@ impl Maker<'_> {
         grid: Vec<Vec<f64>>,
         words: &'static str,
     ) -> Law {
-        let place = if matches!(form, form::BIAS | form::DRIFT | form::SATURATION) {
+        let place = if matches!(
+            form,
+            form::BIAS | form::DRIFT | form::SATURATION | form::SATURATION_ROOM
+        ) {
             "sensor".into()
         } else {
             self.joint.to_owned()
@@ -316,8 +343,11 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     laws
 }
 
+/// Least end of the range over the largest component of the force along the freedom.
+const ENDS: f64 = 0.6;
+
 fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
-    let largest = s.force.max(1e-3);
+    let (largest, component) = (s.force.max(1e-3), s.component.max(1e-3));
     let force = |name, unit, sd| Parameter::amplitude(name, unit, sd);
     vec![
         make.plain(
@@ -345,6 +375,19 @@ fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             ),
             vec![vec![(0.98 * largest).ln()]],
             "the sensor cuts off large forces",
+        ),
+        make.law(
+            "force-saturation",
+            form::SATURATION_ROOM,
+            (
+                Vec::new(),
+                vec![Parameter {
+                    low: (ENDS * component).ln(),
+                    ..Parameter::scale("Fs", "N", component, 0.3)
+                }],
+            ),
+            vec![vec![(0.95 * component).ln()]],
+            "the sensor cuts off large forces along its axes",
         ),
         make.plain(
             "wear-or-heating",

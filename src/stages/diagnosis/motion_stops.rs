@@ -159,6 +159,7 @@ mod tests {
             gain: 0.0,
             load: 1.0,
             lever: 1.0,
+            way: nalgebra::Vector3::y(),
             slip: 0.0,
             back: 0.0,
             turned_back: false,

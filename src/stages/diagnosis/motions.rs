@@ -15,7 +15,7 @@ use super::levels::{Level, Number};
 use super::marginal::weights;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, loose};
-use super::motion_laws::{Moved, effort, form, held, motion_laws, read, sliding};
+use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, read, set_in, sliding};
 use super::motion_reads::{BIN, Read, read_all};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
@@ -37,6 +37,10 @@ const SURE: f64 = 0.1;
 const RESOLVED: f64 = 0.02;
 /// Log evidence over the plain model, nats, from which on a play is named.
 const PLAY: f64 = 25.0;
+/// Step of the sensor over dry friction from which on its rounding is no noise.
+const COARSE: f64 = 0.5;
+/// Logarithm of what a joint may rub over what is read of it where that is cut off.
+const CUT: f64 = 0.7;
 /// Laws that the estimation of a joint knows.
 const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
@@ -50,6 +54,8 @@ pub struct Scale {
     pub load: f64,
     /// Largest force of the tool along the freedom, N.
     pub force: f64,
+    /// Of its components in the room where it moves, the largest but for noise, N.
+    pub component: f64,
     /// rad/s or m/s.
     pub speed: f64,
     /// Lowest and highest position, rad or m.
@@ -89,6 +95,8 @@ pub struct Motions {
     by_hand: bool,
     /// How well it is known where its position is 0, rad or m.
     counted_from: f64,
+    /// Its forces are rounded to steps as large as they are.
+    coarse: bool,
 }
 
 /// Joints whose motions can be judged, one family each.
@@ -121,10 +129,15 @@ impl Motions {
         let sizes: Vec<f64> = moving.iter().map(|l| l.load.abs()).collect();
         let (friction, largest) = (median(&sizes)?.max(1e-6), quantile(&sizes, 0.95)?.max(1e-6));
         let places: Vec<f64> = moving.iter().map(|l| l.position).collect();
+        let felt = |l: &JointLoad| l.load / l.lever;
         let scale = Scale {
             load: largest,
             // A single reading may stray.
-            force: quantile(&loads().map(|l| (l.load / l.lever).abs()).collect::<Vec<_>>(), 0.998)?,
+            force: quantile(&loads().map(|l| felt(l).abs()).collect::<Vec<_>>(), 0.998)?,
+            component: quantile(
+                &moving.iter().map(|l| (l.way * felt(l)).amax()).collect::<Vec<_>>(),
+                0.95,
+            )?,
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
@@ -165,6 +178,7 @@ impl Motions {
             bounded: joint.limits.is_some(),
             by_hand: reads.iter().any(|r| r.by_hand),
             counted_from: reads.first().map_or(0.0, |r| r.zero),
+            coarse: false,
         };
         for read in reads {
             out.add(read);
@@ -185,6 +199,7 @@ impl Motions {
     pub fn rounded(mut self, lost: f64) -> Self {
         let kind = &mut self.sheet.kinds[0];
         kind.sigma = kind.sigma.hypot(lost * self.lever);
+        self.coarse = lost * 12.0_f64.sqrt() * self.lever > COARSE * self.friction;
         self
     }
 
@@ -250,6 +265,7 @@ impl Motions {
                 gain: gains[i],
                 load: l[i].load,
                 lever: l[i].lever,
+                way: l[i].way,
                 slip: travelled,
                 back,
                 turned_back,
@@ -275,20 +291,6 @@ impl Motions {
         });
         self.moments.push(moments);
     }
-}
-
-/// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
-fn creep(fast: f64, turns: bool) -> Parameter {
-    Parameter {
-        high: (0.1 * fast).ln(),
-        ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.02 * fast, 0.8)
-    }
-}
-
-/// How dry friction sets in with speed, in units of the creep speed: in proportion, then in full. A world that rounds
-/// the corner off, as simulators do, is no damper.
-fn set_in(speed: f64) -> f64 {
-    speed / (1.0 + speed.powi(4)).powf(0.25)
 }
 
 fn scatter_of(lever: f64) -> Vec<Scatter> {
@@ -347,6 +349,17 @@ impl Family for Motions {
 
     fn imagined(&self) -> Option<Imagined> {
         self.with_touches()
+    }
+
+    /// A force of a step or two is read as the one or the other, by where the edge lies: that goes with all it depends on.
+    fn shows(&self, _law: usize) -> bool {
+        !self.coarse
+    }
+
+    fn afresh(&self, law: usize) -> Vec<f64> {
+        let cut = self.sheet.laws[law].form == form::SATURATION_ROOM;
+        let more = [if cut { CUT } else { 0.0 }, 0.0, 0.0, 0.0];
+        self.base().iter().zip(more).map(|(p, m)| p.centre + m).collect()
     }
 
     fn passes_all_places(&self) -> bool {

@@ -68,7 +68,7 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
             points.sort_by(|a, b| b.0.total_cmp(&a.0));
             // Without an amplitude the base is not told to make room: it may also have to start afresh.
             if family.laws()[law].amplitudes == 0 {
-                let afresh = points.first().map(|p| (p.0, fresh(family, &p.1)));
+                let afresh = points.first().map(|p| (p.0, fresh(family, law, &p.1)));
                 points.splice(1..1, afresh);
             }
             let best = points.first().map_or(0.0, |p| p.0);
@@ -83,10 +83,10 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
     scored
 }
 
-/// The start with the family's own base as it is before any data.
-fn fresh(family: &dyn Family, start: &[f64]) -> Vec<f64> {
+/// The start with the family's own base as it may be before any data.
+fn fresh(family: &dyn Family, law: usize, start: &[f64]) -> Vec<f64> {
     let mut out = start.to_vec();
-    out.iter_mut().zip(family.base()).for_each(|(x, p)| *x = p.centre);
+    out.iter_mut().zip(family.afresh(law)).for_each(|(x, p)| *x = p);
     out
 }
 

@@ -18,7 +18,7 @@ const FEWEST: usize = 2;
 const CLEAR: f64 = 6.0;
 const LEAST: f64 = 15.5e-3;
 /// The longest: what comes up more slowly than that goes with something else, as with the speed.
-const LONGEST: f64 = 0.125;
+const LONGEST: f64 = 0.2;
 /// Log evidence over what is like it.
 const BETTER: f64 = 8.0;
 /// Scatter from push to push, as a share.

@@ -354,6 +354,7 @@ mod tests {
                 load: load(1.6 * i as f64 / 900.0) + wobble(i),
                 lever: 0.35,
                 aside: [0.0; 2],
+                way: nalgebra::Vector3::y(),
                 position: 1.6 * i as f64 / 900.0,
                 speed: 0.018,
                 speed_gain: 1.0,

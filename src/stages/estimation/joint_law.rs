@@ -334,6 +334,7 @@ mod tests {
                     load,
                     lever: 0.1,
                     aside: [0.0; 2],
+                    way: nalgebra::Vector3::y(),
                     position,
                     speed,
                     speed_gain: 1.0,

@@ -22,6 +22,8 @@ pub struct JointLoad {
     pub lever: f64,
     /// N·m of load per m by which the axis is elsewhere, along two directions across it; 0 for a slide.
     pub aside: [f64; 2],
+    /// Unit vector, in the room, of the force that moves it.
+    pub way: Vector3<f64>,
     /// rad or m since the first view.
     pub position: f64,
     /// rad/s or m/s.
@@ -177,6 +179,7 @@ impl<'a> JointAtWork<'a> {
                 load: w.force.dot(&axis),
                 lever: 1.0,
                 aside: [0.0; 2],
+                way: axis,
                 position: shift.dot(&axis),
                 speed: m.velocity.dot(&axis),
                 speed_gain: m.velocity_gain,
@@ -192,6 +195,7 @@ impl<'a> JointAtWork<'a> {
             load: way.dot(&w.force) + pitch * axis.dot(&w.force),
             lever: radius,
             aside: aside(&axis, &w.force),
+            way: way / radius,
             position: axis.dot(&home.cross(&out)).atan2(home.dot(&out)),
             speed: way.dot(&m.velocity) / radius.powi(2),
             speed_gain: m.velocity_gain,
@@ -243,6 +247,7 @@ impl<'a> JointAtWork<'a> {
                 load: moment.dot(&axis),
                 lever: axis.cross(&arm).norm(),
                 aside: aside(&self.joint.axis.value.into(), &moved.inverse_transform_vector(&w.force)),
+                way: way / way.norm().max(1e-9),
                 position: self
                     .position_by_tool(t, span.led, &axis, &origin)
                     .unwrap_or_else(|| turn.scaled_axis().dot(&Vector3::from(joint.axis.value))),
@@ -264,6 +269,7 @@ impl<'a> JointAtWork<'a> {
             load: w.force.dot(&axis),
             lever: 1.0,
             aside: [0.0; 2],
+            way: axis,
             position: self
                 .position_by_tool(t, span.led, &axis, &origin)
                 .unwrap_or_else(|| shift.dot(&axis)),

@@ -30,6 +30,8 @@ const MISSED: f64 = 5.0;
 const LIGHTEST: f64 = 1.0 / 9.81;
 /// Pushes that prove a level where their momentum is missed, and where only their tops are flat; and least share of all.
 const PROOF: (usize, usize, f64) = (2, 3, 0.2);
+/// Highest speed over the lowest of pushes whose tops prove a level by being flat: like blows peak alike.
+const UNLIKE: f64 = 1.5;
 /// Readings whose mean does not exceed a level, and by how many of its standard deviations chance may lift it.
 const RUN: (usize, f64) = (16, 5.0);
 /// Readings on either side that tell whether one belongs to a stop, and share of them that do.
@@ -94,11 +96,19 @@ fn level_of(pushes: &[&Interaction], streams: &[Vec<f64>], noise: f64) -> Option
         let missed = found.iter().filter(|s| s.missed).count();
         let many = found.len() as f64 >= PROOF.2 * pushes.len() as f64;
         let held = streams.iter().all(|s| stays_below(s, level, noise));
-        let proven =
-            held && many && (missed >= PROOF.0 || found.len() >= PROOF.1) && above > ABOVE[0] && above < ABOVE[1];
+        let flat = found.len() >= PROOF.1 && unlike(&found);
+        let proven = held && many && (missed >= PROOF.0 || flat) && above > ABOVE[0] && above < ABOVE[1];
         proven.then_some((found.len(), level))
     });
     tried.max_by_key(|(all, _)| *all)
+}
+
+/// Whether pushes that stop at one level began at unlike speeds: a static peak is as high after every like blow, and as flat as
+/// the noise is large.
+fn unlike(stops: &[Stop]) -> bool {
+    let fast = stops.iter().map(|s| s.speed).fold(0.0, f64::max);
+    let slow = stops.iter().map(|s| s.speed).fold(f64::INFINITY, f64::min);
+    fast > UNLIKE * slow
 }
 
 /// Whether no run of readings lies above a level but by chance: what is cut off before its noise exceeds it by noise alone.
@@ -107,10 +117,12 @@ fn stays_below(sizes: &[f64], level: f64, noise: f64) -> bool {
     sizes.windows(RUN.0).all(|run| mean(run) <= most)
 }
 
-/// How a push's force comes to a stop: the mean of its readings, N, and whether the momentum of the body is missed in them.
+/// How a push's force comes to a stop: the mean of its readings, N, whether the momentum of the body is missed in them, and the
+/// speed of the tool, m/s.
 struct Stop {
     mean: f64,
     missed: bool,
+    speed: f64,
 }
 
 /// Where a push's force comes to a stop at a level, to within chance and `loose`; nothing where it comes to none.
@@ -140,11 +152,16 @@ fn stop_of(interaction: &Interaction, sizes: &[f64], (level, loose): (f64, f64),
     let over: f64 = sizes[at..until].iter().map(|x| (x - level) * step).sum();
     let later: Vec<f64> = sizes[at..].iter().copied().filter(|x| *x > 0.5 * level).collect();
     let friction = median(&later)?.min(level);
-    let momentum = LIGHTEST * friction * speed_after(interaction, time[at])?;
+    let speed = speed_after(interaction, time[at])?;
+    let momentum = LIGHTEST * friction * speed;
     let doubt = noise * step * ((until - at) as f64).sqrt();
     let missed = over < SEEN * momentum && (1.0 - SEEN) * momentum > MISSED * doubt;
     // A level that stays is one of friction, unless momentum is missed; a flat top above it is none.
-    (missed || friction < level - noise).then_some(Stop { mean: middle, missed })
+    (missed || friction < level - noise).then_some(Stop {
+        mean: middle,
+        missed,
+        speed,
+    })
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -258,6 +275,17 @@ mod tests {
         let found = ceiling_of(&capture(1.2)).expect("a limit");
         assert!((found.limit - 1.2).abs() < 0.01, "{}", found.limit);
         assert!(found.rows.iter().all(|r| r.len() > 100));
+    }
+
+    #[test]
+    fn tops_prove_a_level_after_unlike_blows_only() {
+        let stop = |speed: f64| Stop {
+            mean: 1.0,
+            missed: false,
+            speed,
+        };
+        assert!(!unlike(&[stop(0.004), stop(0.0045), stop(0.0037)]));
+        assert!(unlike(&[stop(0.004), stop(0.0045), stop(0.02)]));
     }
 
     #[test]

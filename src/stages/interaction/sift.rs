@@ -32,6 +32,9 @@ const SPREAD: f64 = 0.4;
 const COARSE: f64 = 1.5;
 /// A step of rounding below this share of the largest force is a way of writing numbers down.
 const WRITTEN: f64 = 0.005;
+/// Values that show a comb by themselves; and the fewest that do where readings hop between them, so often an interaction.
+const COMB: (usize, usize) = (4, 3);
+const HOPS: usize = 10;
 
 /// A capture without its strays where it has such, and what is wrong with its readings.
 pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
@@ -223,12 +226,85 @@ fn rounding_of(capture: &Capture, scatter: f64) -> Option<(f64, usize)> {
         values
     };
     let largest = |v: &Vec<f64>| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let values = (0..3).map(axis).max_by(|a, b| largest(a).total_cmp(&largest(b)))?;
+    let (widest, values) = (0..3)
+        .map(|k| (k, axis(k)))
+        .max_by(|a, b| largest(&a.1).total_cmp(&largest(&b.1)))?;
     let step = values.windows(2).map(|w| w[1] - w[0]).reduce(f64::min)?;
     let even = |x: &f64| {
         let steps = (x - values[0]) / step;
         (steps - steps.round()).abs() < 0.02
     };
     let coarse = step > COARSE * noise && step > WRITTEN * largest(&values);
-    (values.len() >= 4 && coarse && values.iter().all(even)).then_some((step, values.len()))
+    let comb = values.len() >= COMB.0 || values.len() >= COMB.1 && hops(capture, widest);
+    (comb && coarse && values.iter().all(even)).then_some((step, values.len()))
+}
+
+/// Whether readings change between few values again and again, as noise beside a rounding edge makes them: what has no noise
+/// takes few values without.
+fn hops(capture: &Capture, axis: usize) -> bool {
+    let streams = capture.interactions.iter().filter_map(|i| i.force.as_ref());
+    let (mut changes, mut count) = (0, 0);
+    for stream in streams {
+        count += 1;
+        changes += stream
+            .force
+            .windows(2)
+            .filter(|w| (w[0][axis] - w[1][axis]).abs() > 0.0)
+            .count();
+    }
+    changes >= HOPS * count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::{Noise, WrenchStream};
+
+    /// A force of so many newtons, now one way, now the other, read with noise or without and rounded to `step`.
+    fn read(size: f64, noise: f64, step: f64) -> Capture {
+        let dice = |i: i32| (f64::from(i) * 12.9898).sin() * 43758.5453;
+        let one = |i: i32| {
+            let way = [0.0, 1.0, -1.0][(i / 100 % 3) as usize];
+            let force = size * way + noise * (dice(i) - dice(i).floor() - 0.5);
+            Vector3::new(0.0, (force / step).round() * step, 0.0)
+        };
+        let stream = WrenchStream {
+            time: (0..900).map(|i| 0.002 * f64::from(i)).collect(),
+            force: (0..900).map(one).collect(),
+            ..WrenchStream::default()
+        };
+        Capture {
+            root: Default::default(),
+            name: "made-up".into(),
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            support: None,
+            cameras: Vec::new(),
+            views: Vec::new(),
+            bodies: Vec::new(),
+            noise: Noise::default(),
+            interactions: vec![Interaction {
+                name: "pull".into(),
+                kind: Kind::Pull,
+                action: None,
+                tool_name: None,
+                tool: None,
+                target: None,
+                force: Some(stream),
+                tool_path: None,
+                support_path: None,
+                tracks: Default::default(),
+                frames: None,
+                held_out: false,
+            }],
+            truth: None,
+            digest: String::new(),
+        }
+    }
+
+    #[test]
+    fn three_values_are_a_comb_where_noise_hops_between_them() {
+        let (step, values) = rounding_of(&read(0.26, 0.1, 0.53), 0.0).expect("a step");
+        assert!((step - 0.53).abs() < 1e-9 && values == 3, "{step} {values}");
+        assert!(rounding_of(&read(0.3, 0.0, 0.3), 0.0).is_none());
+    }
 }

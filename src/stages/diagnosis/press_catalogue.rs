@@ -14,7 +14,7 @@ fn law(
 ) -> Law {
     let count = amplitudes.len();
     let parameters = amplitudes.into_iter().chain(shapes).collect();
-    let sensor = (form::BIAS..=form::LAG).contains(&form);
+    let sensor = (form::BIAS..=form::LAG).contains(&form) || form == form::LAG_OF_TWO;
     let place = if sensor { "sensor" } else { "body" }.into();
     Law {
         cause,
@@ -181,6 +181,15 @@ fn history_laws() -> Vec<Law> {
             Parameter::positive("Fc", "N", 0.4),
             "a constant friction opposes going in and coming out",
         ),
+        // Dry friction holds while the tool stands still; it turns as soon as what gives in the guide is used up.
+        law(
+            "guide-friction",
+            form::GUIDE_HELD,
+            vec![Parameter::positive("Fc", "N", 0.4)],
+            vec![Parameter::scale("over", "m", 5e-5, 0.8)],
+            logs(&[5e-5]),
+            "a constant friction opposes going in and coming out",
+        ),
         plain(
             "stiffness-drift",
             form::DRIFT,
@@ -198,6 +207,14 @@ fn history_laws() -> Vec<Law> {
 
 fn sensor_laws(presses: &Presses) -> Vec<Law> {
     let largest = presses.largest.max(1e-2);
+    let slow = |form| {
+        plain(
+            "sensor-lag",
+            form,
+            Parameter::positive("Tf", "s", 0.05),
+            "the force sensor follows slowly",
+        )
+    };
     vec![
         plain(
             "force-bias",
@@ -229,11 +246,7 @@ fn sensor_laws(presses: &Presses) -> Vec<Law> {
             Parameter::amplitude("tau", "s", 0.03),
             "the motion is recorded later than the force",
         ),
-        plain(
-            "sensor-lag",
-            form::LAG,
-            Parameter::positive("Tf", "s", 0.05),
-            "the force sensor follows slowly",
-        ),
+        slow(form::LAG),
+        slow(form::LAG_OF_TWO),
     ]
 }

@@ -1,7 +1,8 @@
 //! What may be wrong with a linear spring: laws of the material and of the force sensor.
 
 use super::family::Active;
-use super::presses::Moment;
+use super::presses::{FINE, Moment};
+use super::sensor_lag::ramp;
 
 pub(super) mod form {
     pub const CURVED: usize = 0;
@@ -25,6 +26,37 @@ pub(super) mod form {
     pub const SET_ALL_OVER: usize = 18;
     pub const MULLINS_ALL_OVER: usize = 19;
     pub const STOPS: usize = 20;
+    pub const GUIDE_HELD: usize = 21;
+    pub const LAG_OF_TWO: usize = 22;
+}
+
+/// Through how many equal poles what is read follows.
+pub(super) fn poles(form: usize) -> u8 {
+    match form {
+        form::LAG => 1,
+        form::LAG_OF_TWO => 2,
+        _ => 0,
+    }
+}
+
+/// One pole: what it reads, and what it followed last, N.
+#[derive(Clone, Copy, Default)]
+struct Pole {
+    reads: f64,
+    followed: f64,
+}
+
+impl Pole {
+    /// What it reads `step` seconds later of a force that went evenly to `force` meanwhile: exact, so that a lag shorter than
+    /// a sample is seen as well.
+    fn follow(&mut self, force: f64, step: f64, lag: f64) -> f64 {
+        let rate = (force - self.followed) / step.max(1e-9);
+        // Behind a ramp it stays by the lag.
+        let behind = self.reads - (self.followed - lag * rate);
+        self.reads = force - lag * rate + behind * (-step / lag.max(1e-9)).exp();
+        self.followed = force;
+        self.reads
+    }
 }
 
 /// Ways after which the stops of a Prandtl-Ishlinskii model give way, over their middle (Visintin 1994).
@@ -45,6 +77,43 @@ pub fn sunk(past: [f64; 2], active: &[Active]) -> f64 {
     active.iter().map(|a| lower(a, past)).sum()
 }
 
+/// How the tool met a surface: how fast, m/s, and the force that told it, N.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    pub speed: f64,
+    pub force: f64,
+}
+
+impl Met {
+    /// How much deeper than the surface of a spring of `stiffness` (N/m) the tool was where what was read told it, m, beside a
+    /// `delay` (s) of the force behind the path.
+    pub fn late(&self, stiffness: f64, delay: f64, active: &[Active]) -> f64 {
+        let one = |a: &Active| match a.law.form {
+            form::DELAY => a.values[0],
+            form::LAG | form::LAG_OF_TWO => self.behind(stiffness, a.values[0], poles(a.law.form)),
+            _ => 0.0,
+        };
+        self.speed * (delay + active.iter().map(one).sum::<f64>())
+    }
+
+    /// By how many seconds a lagging reading is behind an even rise where it comes to that force, in the middle of a sample.
+    fn behind(&self, stiffness: f64, lag: f64, poles: u8) -> f64 {
+        let up = self.force / (stiffness * self.speed).max(1e-9);
+        // A reading never comes to more than its lag behind.
+        let (mut low, mut high) = (up, up + lag);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if ramp(middle, lag, poles) < up {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let seen = high + 0.5 * FINE;
+        seen - ramp(seen, lag, poles)
+    }
+}
+
 /// What a pressed thing and a sensor remember from sample to sample.
 pub struct Memory {
     stiffness: f64,
@@ -61,8 +130,10 @@ pub struct Memory {
     stops: [f64; STOPS.len()],
     /// Depth before, m.
     before: f64,
-    /// Reading of a slow sensor, N.
-    slow: f64,
+    /// Friction of a guide over its most.
+    guide: f64,
+    /// A slow sensor.
+    slow: [Pole; 2],
     first: bool,
 }
 
@@ -79,7 +150,8 @@ impl Memory {
             loop_state: 0.0,
             stops: [0.0; STOPS.len()],
             before: 0.0,
-            slow: 0.0,
+            guide: 0.0,
+            slow: [Pole::default(); 2],
             first: true,
         }
     }
@@ -144,6 +216,10 @@ impl Memory {
                 if touching { v[0] * sum / STOPS.len() as f64 } else { 0.0 }
             }
             form::GUIDE if touching => v[0] * (m.rate / 1e-4).tanh(),
+            form::GUIDE_HELD => {
+                self.guide = (self.guide + moved / v[1].exp()).clamp(-1.0, 1.0);
+                if touching { v[0] * self.guide } else { 0.0 }
+            }
             form::MULLINS => used(self.deepest[0]),
             form::MULLINS_ALL_OVER => used(self.deepest[1]),
             form::SNAP if touching => -v[0] * (-((inside - v[1]) / v[2].exp()).powi(2) / 2.0).exp(),
@@ -160,14 +236,19 @@ impl Memory {
             form::BIAS => force + v[0],
             form::SENSOR_DRIFT => force + v[0] * m.time,
             form::SATURATION => force.min(v[0].exp()),
-            form::LAG => {
-                let share = if v[0] < 1e-6 { 1.0 } else { 1.0 - (-m.step / v[0]).exp() };
-                self.slow = if self.first {
-                    force
-                } else {
-                    self.slow + share * (force - self.slow)
-                };
-                self.slow
+            form::LAG | form::LAG_OF_TWO => {
+                let poles = poles(a.law.form);
+                let mut read = force;
+                for pole in &mut self.slow[..usize::from(poles)] {
+                    if self.first {
+                        *pole = Pole {
+                            reads: read,
+                            followed: read,
+                        };
+                    }
+                    read = pole.follow(read, m.step, v[0] / f64::from(poles));
+                }
+                read
             }
             _ => force,
         }

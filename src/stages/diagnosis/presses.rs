@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::press_catalogue::press_laws;
-use super::press_laws::{Memory, sunk};
+use super::press_laws::{Memory, Met, sunk};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
@@ -48,6 +48,8 @@ pub struct Presses {
     /// Stiffness of each body in the twin, N/m.
     stiffness: Vec<f64>,
     names: Vec<String>,
+    /// How the tool met the surface in each group.
+    met: Vec<Met>,
     /// Deepest earlier press at the same spot, and anywhere on the body, m.
     past: Vec<[f64; 2]>,
     /// Where each body was pressed first, and each group from there, m.
@@ -72,12 +74,13 @@ struct Read {
     force: Vec<f64>,
     travel: Vec<f64>,
     noise: f64,
-    /// Travel at which the tool met the surface, m.
+    /// Travel at which the tool met the surface, m, and the force that told it, N.
     contact: f64,
+    told_by: f64,
 }
 
 /// Seconds of one sample where the surface is looked for.
-const FINE: f64 = 0.008;
+pub(super) const FINE: f64 = 0.008;
 
 impl Read {
     fn of(scene: &Scene) -> Option<Self> {
@@ -113,6 +116,7 @@ impl Read {
             travel,
             noise: noise?,
             contact,
+            told_by: rises.1,
         })
     }
 }
@@ -213,6 +217,7 @@ impl Presses {
             bodies: Vec::new(),
             stiffness: Vec::new(),
             names: Vec::new(),
+            met: Vec::new(),
             past: Vec::new(),
             middles: Vec::new(),
             places: Vec::new(),
@@ -260,6 +265,12 @@ impl Presses {
             .filter(|i| (read.travel[*i] - contact) > -0.02)
             .map(|i| read.force[i])
             .collect();
+        // The last sample above the surface has all of its neighbours on the way down.
+        let above = moments.iter().position(|m| m.depth > 0.0).map(|i| i.saturating_sub(1));
+        self.met.push(Met {
+            speed: above.map_or(0.0, |i| moments[i].rate.max(0.0)),
+            force: read.told_by,
+        });
         let reached = moments.iter().map(|m| m.depth).fold(0.0, f64::max);
         let body = known.bodies.iter().position(|b| b.0 == read.target).unwrap_or_else(|| {
             known.bodies.push((read.target.clone(), 0.0));
@@ -341,13 +352,16 @@ impl Family for Presses {
         let level = base[body] + base[bodies + self.spots[group]] + scatter[2];
         let stiffness = self.stiffness[body] * level.exp();
         let mut memory = Memory::new(stiffness, self.deepest, self.past[group]);
+        let delay = base[base.len() - 1];
+        // What is read late tells the surface late.
+        let late = self.met[group].late(stiffness, delay, active);
         let read = self.moments[group]
             .iter()
-            .map(|m| memory.force(m, scatter[0] + base[base.len() - 1] * m.rate, active));
+            .map(|m| memory.force(m, scatter[0] - late + delay * m.rate, active));
         let mut out: Vec<f64> = read.map(|f| f + scatter[1]).collect();
         let face = &base[bodies + self.all_spots + 3 * body..][..3];
         let slope = Vector2::new(face[1], face[2]).dot(&self.places[group]);
-        out.push(face[0] + slope + sunk(self.past[group], active) + scatter[3]);
+        out.push(face[0] + slope + sunk(self.past[group], active) + scatter[3] + late);
         out
     }
 

@@ -1,6 +1,6 @@
 //! The laws that presses can show, with the priors of their parameters and where a fit of them may start.
 
-use super::family::{Law, Parameter};
+use super::family::{Law, Parameter, Scatter};
 use super::press_laws::form;
 use super::presses::Presses;
 
@@ -25,6 +25,24 @@ fn law(
         grid,
         words,
     }
+}
+
+/// What is new in every press: where the surface begins for the force, the tare, the stiffness, and where the tool met it.
+pub fn scatter() -> Vec<Scatter> {
+    let rows = [
+        (5e-5, 4.0, 5e-6, true, 1e-7),
+        (0.003, 10.0, 0.003, true, 1e-4),
+        (0.01, 10.0, 0.002, false, 1e-4),
+        (1.5e-4, 3.0, 2e-5, true, 1e-7),
+    ];
+    let one = |(tau, counts, floor, nuisance, step)| Scatter {
+        tau,
+        counts,
+        floor,
+        nuisance,
+        step,
+    };
+    rows.into_iter().map(one).collect()
 }
 
 /// Every law that presses can show.
@@ -55,16 +73,20 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
         .iter()
         .flat_map(|d| [1.5e-4f64, 4e-4].map(|w| vec![d * deepest, w.ln()]))
         .collect();
-    vec![
+    let bent = |form| {
         plain(
             "hardening-stiffness",
-            form::CURVED,
+            form,
             Parameter {
                 low: -0.9,
                 ..Parameter::amplitude("a", "1", 0.3)
             },
             "the force bends away from a straight line with depth, the same in and out",
-        ),
+        )
+    };
+    vec![
+        bent(form::CURVED),
+        bent(form::CUBIC),
         law(
             "second-stage",
             form::STAGE,
@@ -196,10 +218,12 @@ fn history_laws() -> Vec<Law> {
             Parameter::amplitude("kappa", "1/s", 1e-3),
             "the stiffness changes with time",
         ),
-        plain(
+        law(
             "adhesion",
             form::ADHESION,
-            Parameter::positive("Fa", "N", 0.5),
+            vec![Parameter::positive("Fa", "N", 0.5)],
+            vec![Parameter::scale("reach", "m", 3e-4, 0.6)],
+            logs(&[2e-4, 5e-4]),
             "it clings to the tool on the way out",
         ),
     ]

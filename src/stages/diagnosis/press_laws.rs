@@ -28,6 +28,7 @@ pub(super) mod form {
     pub const STOPS: usize = 20;
     pub const GUIDE_HELD: usize = 21;
     pub const LAG_OF_TWO: usize = 22;
+    pub const CUBIC: usize = 23;
 }
 
 /// Through how many equal poles what is read follows.
@@ -63,7 +64,7 @@ impl Pole {
 const STOPS: [f64; 4] = [0.35, 0.7, 1.4, 2.8];
 
 /// How much lower presses as deep as these (m; here, and anywhere on the body) have left the surface, m.
-fn lower(a: &Active, deepest: [f64; 2]) -> f64 {
+pub(super) fn lower(a: &Active, deepest: [f64; 2]) -> f64 {
     let of = |deepest: f64| a.values[0] * (deepest - a.values[1]).max(0.0);
     match a.law.form {
         form::SET => of(deepest[0]),
@@ -120,8 +121,9 @@ pub struct Memory {
     scale: f64,
     /// Deepest so far at this spot, and anywhere on the body, m.
     deepest: [f64; 2],
-    /// The same before this press.
+    /// The same, from where the surface was at first, before this press and up to now.
     past: [f64; 2],
+    sunk_to: [f64; 2],
     /// Force of the relaxing arm, N.
     arm: f64,
     /// State of the hysteretic element, −1 to 1.
@@ -146,6 +148,7 @@ impl Memory {
             scale,
             deepest: past,
             past,
+            sunk_to: past,
             arm: 0.0,
             loop_state: 0.0,
             stops: [0.0; STOPS.len()],
@@ -158,15 +161,18 @@ impl Memory {
 
     /// The reading at one moment, N; `shift` (m) is how much later than thought the surface was met.
     pub fn force(&mut self, m: &Moment, shift: f64, active: &[Active]) -> f64 {
-        let mut depth = m.depth - shift;
-        for a in active {
-            match a.law.form {
-                form::DELAY => depth -= m.rate * a.values[0],
-                // Depth counts from where this press met the surface.
-                form::SET | form::SET_ALL_OVER => depth -= lower(a, self.deepest) - lower(a, self.past),
-                _ => {}
-            }
+        // Depth counts from where this press met the surface, what stays down from where it was at first.
+        let from_contact = m.depth - shift;
+        let from_first = from_contact + sunk(self.past, active);
+        if from_contact > 0.0 {
+            self.sunk_to = self.sunk_to.map(|d| d.max(from_first));
         }
+        let delay: f64 = active
+            .iter()
+            .filter(|a| a.law.form == form::DELAY)
+            .map(|a| a.values[0])
+            .sum();
+        let depth = from_first - sunk(self.sunk_to, active) - m.rate * delay;
         let inside = depth.max(0.0);
         let moved = inside - self.before;
         let mut force = self.stiffness * inside;
@@ -192,6 +198,7 @@ impl Memory {
         let used = |deepest: f64| -k * inside * v[0] * ((deepest - inside) / v[1].exp()).clamp(0.0, 1.0);
         match a.law.form {
             form::CURVED => k * inside * v[0] * inside / s,
+            form::CUBIC => k * inside * v[0] * (inside / s).powi(2),
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
             form::POWER if touching => k * inside * ((inside / s).powf(v[0]) - 1.0),
             form::DAMPING if touching => k * v[0] * m.rate,
@@ -225,7 +232,7 @@ impl Memory {
             form::SNAP if touching => -v[0] * (-((inside - v[1]) / v[2].exp()).powi(2) / 2.0).exp(),
             form::PRELOAD if touching => v[0] * (1.0 - (-inside / v[1].exp()).exp()),
             form::DRIFT => k * inside * v[0] * m.time,
-            form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / 3e-4).exp(),
+            form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / v[1].exp()).exp(),
             _ => 0.0,
         }
     }

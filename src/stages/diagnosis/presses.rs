@@ -3,12 +3,12 @@
 use nalgebra::{Point2, Point3, Vector2};
 
 use super::Quantity;
-use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
+use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
-use super::press_catalogue::press_laws;
-use super::press_laws::{Memory, Met, sunk};
+use super::press_catalogue::{press_laws, scatter};
+use super::press_laws::{Memory, Met, lower, sunk};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
@@ -50,6 +50,8 @@ pub struct Presses {
     names: Vec<String>,
     /// How the tool met the surface in each group.
     met: Vec<Met>,
+    /// How deep each group went from where it met the surface, m.
+    reached: Vec<f64>,
     /// Deepest earlier press at the same spot, and anywhere on the body, m.
     past: Vec<[f64; 2]>,
     /// Where each body was pressed first, and each group from there, m.
@@ -163,24 +165,6 @@ impl Known {
     }
 }
 
-/// What is new in every press: where the surface begins for the force, the tare, the stiffness, and where the tool met it.
-fn scatter() -> Vec<Scatter> {
-    let rows = [
-        (5e-5, 4.0, 5e-6, true, 1e-7),
-        (0.003, 10.0, 0.003, true, 1e-4),
-        (0.01, 10.0, 0.002, false, 1e-4),
-        (1.5e-4, 3.0, 2e-5, true, 1e-7),
-    ];
-    let one = |(tau, counts, floor, nuisance, step)| Scatter {
-        tau,
-        counts,
-        floor,
-        nuisance,
-        step,
-    };
-    rows.into_iter().map(one).collect()
-}
-
 impl Presses {
     /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.
     pub fn rounded(mut self, lost: f64) -> Self {
@@ -218,6 +202,7 @@ impl Presses {
             stiffness: Vec::new(),
             names: Vec::new(),
             met: Vec::new(),
+            reached: Vec::new(),
             past: Vec::new(),
             middles: Vec::new(),
             places: Vec::new(),
@@ -245,6 +230,29 @@ impl Presses {
         out.names = known.bodies.iter().map(|b| b.0.clone()).collect();
         out.sheet.laws = press_laws(&out);
         Some(out)
+    }
+
+    /// Deepest press before a group at its spot, and anywhere on its body, from where the surface was at first, m.
+    fn past(&self, group: usize, active: &[Active]) -> [f64; 2] {
+        if active.iter().all(|a| lower(a, [f64::INFINITY; 2]) == 0.0) {
+            return self.past[group];
+        }
+        let mut all: Vec<(usize, f64)> = Vec::new();
+        for g in 0..=group {
+            let deepest = |here: &dyn Fn(usize) -> bool| {
+                let same = all.iter().filter(|(other, _)| here(*other));
+                same.map(|(_, depth)| *depth).fold(0.0, f64::max)
+            };
+            let past = [
+                deepest(&|other| self.spots[other] == self.spots[g]),
+                deepest(&|other| self.bodies[other] == self.bodies[g]),
+            ];
+            if g == group {
+                return past;
+            }
+            all.push((g, self.reached[g] + sunk(past, active)));
+        }
+        [0.0; 2]
     }
 
     fn add(&mut self, read: &Read, zero: f64, known: &mut Known) {
@@ -284,6 +292,7 @@ impl Presses {
             known.spots.push((body, read.at, 0.0));
             known.spots.len() - 1
         });
+        self.reached.push(reached);
         self.past.push([known.spots[spot].2, known.bodies[body].1]);
         known.spots[spot].2 = known.spots[spot].2.max(reached);
         known.bodies[body].1 = known.bodies[body].1.max(reached);
@@ -351,7 +360,8 @@ impl Family for Presses {
         let (body, bodies) = (self.bodies[group], self.stiffness.len());
         let level = base[body] + base[bodies + self.spots[group]] + scatter[2];
         let stiffness = self.stiffness[body] * level.exp();
-        let mut memory = Memory::new(stiffness, self.deepest, self.past[group]);
+        let past = self.past(group, active);
+        let mut memory = Memory::new(stiffness, self.deepest, past);
         let delay = base[base.len() - 1];
         // What is read late tells the surface late.
         let late = self.met[group].late(stiffness, delay, active);
@@ -361,7 +371,7 @@ impl Family for Presses {
         let mut out: Vec<f64> = read.map(|f| f + scatter[1]).collect();
         let face = &base[bodies + self.all_spots + 3 * body..][..3];
         let slope = Vector2::new(face[1], face[2]).dot(&self.places[group]);
-        out.push(face[0] + slope + sunk(self.past[group], active) + scatter[3] + late);
+        out.push(face[0] + slope + sunk(past, active) + scatter[3] + late);
         out
     }
 

@@ -40,6 +40,14 @@ pub(super) fn poles(form: usize) -> u8 {
     }
 }
 
+/// Below this a lag may be how the tip and what is pressed give, s.
+const SLIGHT: f64 = 15.5e-3;
+
+/// Whether a law of a lag is of one that tells nothing.
+pub(super) fn slight(form: usize, values: &[f64]) -> bool {
+    poles(form) > 0 && values.first().is_some_and(|lag| *lag < SLIGHT)
+}
+
 /// One pole: what it reads, and what it followed last, N.
 #[derive(Clone, Copy, Default)]
 struct Pole {

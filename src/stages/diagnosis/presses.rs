@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::press_catalogue::{press_laws, scatter};
-use super::press_laws::{Memory, Met, lower, sunk};
+use super::press_laws::{Memory, Met, lower, slight, sunk};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
@@ -335,6 +335,10 @@ impl Presses {
 impl Family for Presses {
     fn sheet(&self) -> &Sheet {
         &self.sheet
+    }
+
+    fn negligible(&self, law: usize, values: &[f64]) -> bool {
+        slight(self.sheet.laws[law].form, values)
     }
 
     /// Where the law of the spring itself is another; what it holds beside that is how its presses are read.

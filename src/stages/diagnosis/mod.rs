@@ -42,6 +42,7 @@ mod play;
 mod predict;
 mod press_catalogue;
 mod press_laws;
+mod press_reads;
 mod press_touches;
 mod presses;
 mod profile;

@@ -1,5 +1,6 @@
 //! The motions of a joint, read block by block.
 
+use super::family::Scatter;
 use crate::capture::{Capture, Interaction, Segmented, position_noise};
 use crate::math::{median, quantile};
 use crate::stages::estimation::{JointLoad, joint_loads};
@@ -86,4 +87,19 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
     let start = |r: &Read| r.loads.first().map_or(f64::INFINITY, |l| l.time);
     reads.sort_by(|a, b| start(a).total_cmp(&start(b)));
     reads
+}
+
+/// What is new in every motion: the level of friction, and a tare.
+pub(super) fn scatter_of(lever: f64) -> Vec<Scatter> {
+    let of = |tau: f64, counts: f64, floor: f64, nuisance: bool, step: f64| Scatter {
+        tau,
+        counts,
+        floor,
+        nuisance,
+        step,
+    };
+    vec![
+        of(0.015, 10.0, 0.004, false, 1e-4),
+        of(0.003 * lever, 10.0, 0.003 * lever, true, 1e-4 * lever),
+    ]
 }

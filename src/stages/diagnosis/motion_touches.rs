@@ -171,6 +171,7 @@ impl Motions {
                 gain: (speed(t + BIN) - speed(t - BIN)) / (2.0 * BIN),
                 load: 0.0,
                 lever: self.lever * touch.arm,
+                way: Vector3::zeros(),
                 slip,
                 back,
                 turned_back,

@@ -9,14 +9,14 @@
 use nalgebra::Vector3;
 
 use super::asking::Imagined;
-use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
+use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::marginal::weights;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, read, set_in, sliding};
-use super::motion_reads::{BIN, Read, read_all};
+use super::motion_reads::{BIN, Read, read_all, scatter_of};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
 use super::named::left;
@@ -291,20 +291,6 @@ impl Motions {
         });
         self.moments.push(moments);
     }
-}
-
-fn scatter_of(lever: f64) -> Vec<Scatter> {
-    let of = |tau: f64, counts: f64, floor: f64, nuisance: bool, step: f64| Scatter {
-        tau,
-        counts,
-        floor,
-        nuisance,
-        step,
-    };
-    vec![
-        of(0.015, 10.0, 0.004, false, 1e-4),
-        of(0.003 * lever, 10.0, 0.003 * lever, true, 1e-4 * lever),
-    ]
 }
 
 impl Family for Motions {

@@ -1,6 +1,6 @@
 //! The laws that presses can show, with the priors of their parameters and where a fit of them may start.
 
-use super::family::{Law, Parameter};
+use super::family::{Law, Parameter, Scatter};
 use super::press_laws::form;
 use super::presses::Presses;
 
@@ -14,7 +14,7 @@ fn law(
 ) -> Law {
     let count = amplitudes.len();
     let parameters = amplitudes.into_iter().chain(shapes).collect();
-    let sensor = (form::BIAS..=form::LAG).contains(&form);
+    let sensor = (form::BIAS..=form::LAG).contains(&form) || form == form::LAG_OF_TWO;
     let place = if sensor { "sensor" } else { "body" }.into();
     Law {
         cause,
@@ -25,6 +25,24 @@ fn law(
         grid,
         words,
     }
+}
+
+/// What is new in every press: where the surface begins for the force, the tare, the stiffness, and where the tool met it.
+pub fn scatter() -> Vec<Scatter> {
+    let rows = [
+        (5e-5, 4.0, 5e-6, true, 1e-7),
+        (0.003, 10.0, 0.003, true, 1e-4),
+        (0.01, 10.0, 0.002, false, 1e-4),
+        (1.5e-4, 3.0, 2e-5, true, 1e-7),
+    ];
+    let one = |(tau, counts, floor, nuisance, step)| Scatter {
+        tau,
+        counts,
+        floor,
+        nuisance,
+        step,
+    };
+    rows.into_iter().map(one).collect()
 }
 
 /// Every law that presses can show.
@@ -55,16 +73,20 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
         .iter()
         .flat_map(|d| [1.5e-4f64, 4e-4].map(|w| vec![d * deepest, w.ln()]))
         .collect();
-    vec![
+    let bent = |form| {
         plain(
             "hardening-stiffness",
-            form::CURVED,
+            form,
             Parameter {
                 low: -0.9,
                 ..Parameter::amplitude("a", "1", 0.3)
             },
             "the force bends away from a straight line with depth, the same in and out",
-        ),
+        )
+    };
+    vec![
+        bent(form::CURVED),
+        bent(form::CUBIC),
         law(
             "second-stage",
             form::STAGE,
@@ -181,16 +203,27 @@ fn history_laws() -> Vec<Law> {
             Parameter::positive("Fc", "N", 0.4),
             "a constant friction opposes going in and coming out",
         ),
+        // Dry friction holds while the tool stands still; it turns as soon as what gives in the guide is used up.
+        law(
+            "guide-friction",
+            form::GUIDE_HELD,
+            vec![Parameter::positive("Fc", "N", 0.4)],
+            vec![Parameter::scale("over", "m", 5e-5, 0.8)],
+            logs(&[5e-5]),
+            "a constant friction opposes going in and coming out",
+        ),
         plain(
             "stiffness-drift",
             form::DRIFT,
             Parameter::amplitude("kappa", "1/s", 1e-3),
             "the stiffness changes with time",
         ),
-        plain(
+        law(
             "adhesion",
             form::ADHESION,
-            Parameter::positive("Fa", "N", 0.5),
+            vec![Parameter::positive("Fa", "N", 0.5)],
+            vec![Parameter::scale("reach", "m", 3e-4, 0.6)],
+            logs(&[2e-4, 5e-4]),
             "it clings to the tool on the way out",
         ),
     ]
@@ -198,6 +231,14 @@ fn history_laws() -> Vec<Law> {
 
 fn sensor_laws(presses: &Presses) -> Vec<Law> {
     let largest = presses.largest.max(1e-2);
+    let slow = |form| {
+        plain(
+            "sensor-lag",
+            form,
+            Parameter::positive("Tf", "s", 0.05),
+            "the force sensor follows slowly",
+        )
+    };
     vec![
         plain(
             "force-bias",
@@ -229,11 +270,7 @@ fn sensor_laws(presses: &Presses) -> Vec<Law> {
             Parameter::amplitude("tau", "s", 0.03),
             "the motion is recorded later than the force",
         ),
-        plain(
-            "sensor-lag",
-            form::LAG,
-            Parameter::positive("Tf", "s", 0.05),
-            "the force sensor follows slowly",
-        ),
+        slow(form::LAG),
+        slow(form::LAG_OF_TWO),
     ]
 }

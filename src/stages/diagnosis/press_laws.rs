@@ -1,7 +1,9 @@
 //! What may be wrong with a linear spring: laws of the material and of the force sensor.
 
 use super::family::Active;
+use super::press_reads::FINE;
 use super::presses::Moment;
+use super::sensor_lag::ramp;
 
 pub(super) mod form {
     pub const CURVED: usize = 0;
@@ -25,13 +27,53 @@ pub(super) mod form {
     pub const SET_ALL_OVER: usize = 18;
     pub const MULLINS_ALL_OVER: usize = 19;
     pub const STOPS: usize = 20;
+    pub const GUIDE_HELD: usize = 21;
+    pub const LAG_OF_TWO: usize = 22;
+    pub const CUBIC: usize = 23;
+}
+
+/// Through how many equal poles what is read follows.
+pub(super) fn poles(form: usize) -> u8 {
+    match form {
+        form::LAG => 1,
+        form::LAG_OF_TWO => 2,
+        _ => 0,
+    }
+}
+
+/// Below this a lag may be how the tip and what is pressed give, s.
+const SLIGHT: f64 = 15.5e-3;
+
+/// Whether a law of a lag is of one that tells nothing.
+pub(super) fn slight(form: usize, values: &[f64]) -> bool {
+    poles(form) > 0 && values.first().is_some_and(|lag| *lag < SLIGHT)
+}
+
+/// One pole: what it reads, and what it followed last, N.
+#[derive(Clone, Copy, Default)]
+struct Pole {
+    reads: f64,
+    followed: f64,
+}
+
+impl Pole {
+    /// What it reads `step` seconds later of a force that went evenly to `force` meanwhile: exact, so that a lag shorter than
+    /// a sample is seen as well.
+    fn follow(&mut self, force: f64, step: f64, lag: f64) -> f64 {
+        let rate = (force - self.followed) / step.max(1e-9);
+        // Behind a ramp it stays by the lag.
+        let behind = self.reads - (self.followed - lag * rate);
+        self.reads = force - lag * rate + behind * (-step / lag.max(1e-9)).exp();
+        self.followed = force;
+        self.reads
+    }
 }
 
 /// Ways after which the stops of a Prandtl-Ishlinskii model give way, over their middle (Visintin 1994).
 const STOPS: [f64; 4] = [0.35, 0.7, 1.4, 2.8];
 
 /// How much lower presses as deep as these (m; here, and anywhere on the body) have left the surface, m.
-fn lower(a: &Active, deepest: [f64; 2]) -> f64 {
+pub(super) fn lower(a: &Active, deepest: [f64; 2]) -> f64 {
     let of = |deepest: f64| a.values[0] * (deepest - a.values[1]).max(0.0);
     match a.law.form {
         form::SET => of(deepest[0]),
@@ -45,14 +87,52 @@ pub fn sunk(past: [f64; 2], active: &[Active]) -> f64 {
     active.iter().map(|a| lower(a, past)).sum()
 }
 
+/// How the tool met a surface: how fast, m/s, and the force that told it, N.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    pub speed: f64,
+    pub force: f64,
+}
+
+impl Met {
+    /// How much deeper than the surface of a spring of `stiffness` (N/m) the tool was where what was read told it, m, beside a
+    /// `delay` (s) of the force behind the path.
+    pub fn late(&self, stiffness: f64, delay: f64, active: &[Active]) -> f64 {
+        let one = |a: &Active| match a.law.form {
+            form::DELAY => a.values[0],
+            form::LAG | form::LAG_OF_TWO => self.behind(stiffness, a.values[0], poles(a.law.form)),
+            _ => 0.0,
+        };
+        self.speed * (delay + active.iter().map(one).sum::<f64>())
+    }
+
+    /// By how many seconds a lagging reading is behind an even rise where it comes to that force, in the middle of a sample.
+    fn behind(&self, stiffness: f64, lag: f64, poles: u8) -> f64 {
+        let up = self.force / (stiffness * self.speed).max(1e-9);
+        // A reading never comes to more than its lag behind.
+        let (mut low, mut high) = (up, up + lag);
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if ramp(middle, lag, poles) < up {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let seen = high + 0.5 * FINE;
+        seen - ramp(seen, lag, poles)
+    }
+}
+
 /// What a pressed thing and a sensor remember from sample to sample.
 pub struct Memory {
     stiffness: f64,
     scale: f64,
     /// Deepest so far at this spot, and anywhere on the body, m.
     deepest: [f64; 2],
-    /// The same before this press.
+    /// The same, from where the surface was at first, before this press and up to now.
     past: [f64; 2],
+    sunk_to: [f64; 2],
     /// Force of the relaxing arm, N.
     arm: f64,
     /// State of the hysteretic element, −1 to 1.
@@ -61,8 +141,10 @@ pub struct Memory {
     stops: [f64; STOPS.len()],
     /// Depth before, m.
     before: f64,
-    /// Reading of a slow sensor, N.
-    slow: f64,
+    /// Friction of a guide over its most.
+    guide: f64,
+    /// A slow sensor.
+    slow: [Pole; 2],
     first: bool,
 }
 
@@ -75,26 +157,31 @@ impl Memory {
             scale,
             deepest: past,
             past,
+            sunk_to: past,
             arm: 0.0,
             loop_state: 0.0,
             stops: [0.0; STOPS.len()],
             before: 0.0,
-            slow: 0.0,
+            guide: 0.0,
+            slow: [Pole::default(); 2],
             first: true,
         }
     }
 
     /// The reading at one moment, N; `shift` (m) is how much later than thought the surface was met.
     pub fn force(&mut self, m: &Moment, shift: f64, active: &[Active]) -> f64 {
-        let mut depth = m.depth - shift;
-        for a in active {
-            match a.law.form {
-                form::DELAY => depth -= m.rate * a.values[0],
-                // Depth counts from where this press met the surface.
-                form::SET | form::SET_ALL_OVER => depth -= lower(a, self.deepest) - lower(a, self.past),
-                _ => {}
-            }
+        // Depth counts from where this press met the surface, what stays down from where it was at first.
+        let from_contact = m.depth - shift;
+        let from_first = from_contact + sunk(self.past, active);
+        if from_contact > 0.0 {
+            self.sunk_to = self.sunk_to.map(|d| d.max(from_first));
         }
+        let delay: f64 = active
+            .iter()
+            .filter(|a| a.law.form == form::DELAY)
+            .map(|a| a.values[0])
+            .sum();
+        let depth = from_first - sunk(self.sunk_to, active) - m.rate * delay;
         let inside = depth.max(0.0);
         let moved = inside - self.before;
         let mut force = self.stiffness * inside;
@@ -120,6 +207,7 @@ impl Memory {
         let used = |deepest: f64| -k * inside * v[0] * ((deepest - inside) / v[1].exp()).clamp(0.0, 1.0);
         match a.law.form {
             form::CURVED => k * inside * v[0] * inside / s,
+            form::CUBIC => k * inside * v[0] * (inside / s).powi(2),
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
             form::POWER if touching => k * inside * ((inside / s).powf(v[0]) - 1.0),
             form::DAMPING if touching => k * v[0] * m.rate,
@@ -144,12 +232,16 @@ impl Memory {
                 if touching { v[0] * sum / STOPS.len() as f64 } else { 0.0 }
             }
             form::GUIDE if touching => v[0] * (m.rate / 1e-4).tanh(),
+            form::GUIDE_HELD => {
+                self.guide = (self.guide + moved / v[1].exp()).clamp(-1.0, 1.0);
+                if touching { v[0] * self.guide } else { 0.0 }
+            }
             form::MULLINS => used(self.deepest[0]),
             form::MULLINS_ALL_OVER => used(self.deepest[1]),
             form::SNAP if touching => -v[0] * (-((inside - v[1]) / v[2].exp()).powi(2) / 2.0).exp(),
             form::PRELOAD if touching => v[0] * (1.0 - (-inside / v[1].exp()).exp()),
             form::DRIFT => k * inside * v[0] * m.time,
-            form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / 3e-4).exp(),
+            form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / v[1].exp()).exp(),
             _ => 0.0,
         }
     }
@@ -160,14 +252,19 @@ impl Memory {
             form::BIAS => force + v[0],
             form::SENSOR_DRIFT => force + v[0] * m.time,
             form::SATURATION => force.min(v[0].exp()),
-            form::LAG => {
-                let share = if v[0] < 1e-6 { 1.0 } else { 1.0 - (-m.step / v[0]).exp() };
-                self.slow = if self.first {
-                    force
-                } else {
-                    self.slow + share * (force - self.slow)
-                };
-                self.slow
+            form::LAG | form::LAG_OF_TWO => {
+                let poles = poles(a.law.form);
+                let mut read = force;
+                for pole in &mut self.slow[..usize::from(poles)] {
+                    if self.first {
+                        *pole = Pole {
+                            reads: read,
+                            followed: read,
+                        };
+                    }
+                    read = pole.follow(read, m.step, v[0] / f64::from(poles));
+                }
+                read
             }
             _ => force,
         }

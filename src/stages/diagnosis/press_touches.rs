@@ -4,7 +4,9 @@ use nalgebra::Point3;
 
 use super::asking::Imagined;
 use super::family::{Channel, Group};
+use super::press_laws::Met;
 use super::presses::{BIN, EVEN, Moment, Presses};
+use crate::math::median;
 use crate::twin::AskedTouch;
 
 /// Depths over the deepest so far, speeds, m/s, times for which the tool stays, s.
@@ -41,6 +43,11 @@ impl Presses {
             family.bodies.push(self.bodies[touch.like]);
             family.places.push(self.places[touch.like]);
             family.past.push(self.past_of(&touch));
+            family.reached.push(touch.depth);
+            family.met.push(Met {
+                speed: touch.speed,
+                force: self.usual_start(),
+            });
             touches.push(self.asked(&touch));
         }
         (!touches.is_empty()).then(|| Imagined {
@@ -83,6 +90,12 @@ impl Presses {
             deepest(&|g| self.spots[g] == self.spots[touch.like]),
             deepest(&|g| self.bodies[g] == self.bodies[touch.like]),
         ]
+    }
+
+    /// The force by which a surface is usually found, N.
+    fn usual_start(&self) -> f64 {
+        let forces: Vec<f64> = self.met.iter().map(|m| m.force).collect();
+        median(&forces).unwrap_or(0.0)
     }
 
     fn moments_of(&self, touch: &Touch) -> Vec<Moment> {
@@ -139,7 +152,7 @@ impl Presses {
     }
 
     fn asked(&self, touch: &Touch) -> AskedTouch {
-        let start: Point3<f64> = self.met[touch.like];
+        let start: Point3<f64> = self.spots_at[touch.like];
         AskedTouch {
             kind: "press".into(),
             target: self.names[self.bodies[touch.like]].clone(),

@@ -4,15 +4,16 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use super::Quantity;
 use super::asking::Imagined;
-use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Scatter, Sheet};
+use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
-use super::press_catalogue::press_laws;
-use super::press_laws::{Memory, sunk};
-use crate::capture::{Capture, Interaction, Kind, Segmented, ToolShape};
-use crate::math::{interpolate, median};
-use crate::stages::estimation::{action_of, support_normal};
+use super::press_catalogue::{press_laws, scatter};
+use super::press_laws::{Memory, Met, lower, slight, sunk};
+use super::press_reads::Read;
+use crate::capture::{Capture, Interaction, Kind, Segmented};
+use crate::math::median;
+use crate::stages::estimation::support_normal;
 use crate::twin::Model;
 
 /// Seconds of one sample.
@@ -50,13 +51,19 @@ pub struct Presses {
     /// Stiffness of each body in the twin, N/m.
     pub(super) stiffness: Vec<f64>,
     pub(super) names: Vec<String>,
+    /// How many of the groups were measured: what could be done next comes after them.
+    pub(super) done: usize,
+    /// How the tool met the surface in each group.
+    pub(super) met: Vec<Met>,
+    /// How deep each group went from where it met the surface, m.
+    pub(super) reached: Vec<f64>,
     /// Deepest earlier press at the same spot, and anywhere on the body, m.
     pub(super) past: Vec<[f64; 2]>,
     /// Where each body was pressed first, and each group from there, m.
     middles: Vec<Point2<f64>>,
     pub(super) places: Vec<Vector2<f64>>,
-    /// Where the surface was met, world, m, and which way is up.
-    pub(super) met: Vec<Point3<f64>>,
+    /// Where each group met the surface, world, m, and which way is up.
+    pub(super) spots_at: Vec<Point3<f64>>,
     pub(super) up: Vector3<f64>,
     /// How many spots there are.
     pub(super) all_spots: usize,
@@ -64,87 +71,6 @@ pub struct Presses {
     pub deepest: f64,
     /// Largest force of all, N.
     pub largest: f64,
-}
-
-/// One press as it was read.
-struct Read {
-    interaction: String,
-    held_out: bool,
-    target: String,
-    at: Point3<f64>,
-    /// How far the tool's surface is below its origin, m.
-    below: f64,
-    stiffness: f64,
-    time: Vec<f64>,
-    force: Vec<f64>,
-    travel: Vec<f64>,
-    noise: f64,
-    /// Travel at which the tool met the surface, m.
-    contact: f64,
-}
-
-/// Seconds of one sample where the surface is looked for.
-const FINE: f64 = 0.008;
-
-impl Read {
-    fn of(scene: &Scene) -> Option<Self> {
-        let action = action_of(scene.capture, scene.interaction, scene.segmented, scene.model)?;
-        let link = scene.model.twin.link(&action.target)?;
-        let stiffness = link.stiffness.as_ref()?.value;
-        let up = support_normal(scene.capture, scene.model);
-        let (time, force, noise) = scene.raw_force(BIN)?;
-        let force: Vec<f64> = force.iter().map(|f| -f.dot(&up)).collect();
-        let down: Vec<f64> = action.tool.position.iter().map(|p| -p.coords.dot(&up)).collect();
-        // The mean over each sample's time, as for the force.
-        let travel = time
-            .iter()
-            .map(|t| {
-                let each = (-4..=4).map(|k| interpolate(&action.tool.time, &down, t + BIN / 9.0 * f64::from(k)));
-                let known: Vec<f64> = each.flatten().collect();
-                known.iter().sum::<f64>() / known.len().max(1) as f64
-            })
-            .collect();
-        let deepest = (0..down.len()).max_by(|a, b| down[*a].total_cmp(&down[*b]))?;
-        let (fine, felt, fine_noise) = scene.raw_force(FINE)?;
-        let felt: Vec<f64> = felt.iter().map(|f| -f.dot(&up)).collect();
-        let rises = rise(&felt, fine_noise?)?;
-        let contact = interpolate(&action.tool.time, &down, fine[rises.0])? - rises.1 / stiffness;
-        Some(Self {
-            interaction: scene.interaction.name.clone(),
-            held_out: scene.interaction.held_out,
-            target: action.target.clone(),
-            at: action.tool.position[deepest],
-            below: scene.interaction.tool.as_ref().map_or(0.0, |t| below(&t.shape)),
-            stiffness,
-            time,
-            force,
-            travel,
-            noise: noise?,
-            contact,
-        })
-    }
-}
-
-/// How far the surface of a tool that stands upright is below its origin, m.
-fn below(shape: &ToolShape) -> f64 {
-    match shape {
-        ToolShape::Sphere { radius } => *radius,
-        ToolShape::Box { half } => half.z,
-        ToolShape::Cylinder { half_height, .. } => *half_height,
-        ToolShape::Mesh(_) => 0.0,
-    }
-}
-
-/// Where a force begins to rise for good, and what it is there above the tare, N.
-fn rise(force: &[f64], noise: f64) -> Option<(usize, f64)> {
-    let peak = force.iter().copied().fold(0.0, f64::max);
-    let rest: Vec<f64> = force.iter().take_while(|f| **f < 0.3 * peak).copied().collect();
-    let tare = median(&rest[..rest.len().div_ceil(2)]).unwrap_or(0.0);
-    let floor = (5.0 * noise).max(0.01 * peak);
-    let felt = |i: &usize| (0..4).all(|k| force.get(i + k).is_some_and(|f| f - tare > floor));
-    let i = (0..force.len()).find(felt)?;
-    // A force that jumps up has met the surface there; what is more than the floor is not traced back.
-    Some((i, (force[i] - tare).min(2.0 * floor)))
 }
 
 /// Bodies and spots that were pressed so far, with how deep.
@@ -175,24 +101,6 @@ impl Known {
         base.push(Parameter::amplitude("delay", "s", 0.003));
         base
     }
-}
-
-/// What is new in every press: where the surface begins for the force, the tare, the stiffness, and where the tool met it.
-fn scatter() -> Vec<Scatter> {
-    let rows = [
-        (5e-5, 4.0, 5e-6, true, 1e-7),
-        (0.003, 10.0, 0.003, true, 1e-4),
-        (0.01, 10.0, 0.002, false, 1e-4),
-        (1.5e-4, 3.0, 2e-5, true, 1e-7),
-    ];
-    let one = |(tau, counts, floor, nuisance, step)| Scatter {
-        tau,
-        counts,
-        floor,
-        nuisance,
-        step,
-    };
-    rows.into_iter().map(one).collect()
 }
 
 impl Presses {
@@ -231,10 +139,13 @@ impl Presses {
             bodies: Vec::new(),
             stiffness: Vec::new(),
             names: Vec::new(),
+            done: 0,
+            met: Vec::new(),
+            reached: Vec::new(),
             past: Vec::new(),
             middles: Vec::new(),
             places: Vec::new(),
-            met: Vec::new(),
+            spots_at: Vec::new(),
             up: support_normal(capture, model).into_inner(),
             all_spots: 0,
             deepest: 0.0,
@@ -252,6 +163,7 @@ impl Presses {
             sigma,
             jitter,
         };
+        out.done = out.moments.len();
         out.sheet.kinds = vec![
             kind(Quantity::Force, sigma, 0.12),
             kind(Quantity::Position, SURFACE, 0.0),
@@ -260,6 +172,29 @@ impl Presses {
         out.names = known.bodies.iter().map(|b| b.0.clone()).collect();
         out.sheet.laws = press_laws(&out);
         Some(out)
+    }
+
+    /// Deepest press before a group at its spot, and anywhere on its body, from where the surface was at first, m.
+    fn past(&self, group: usize, active: &[Active]) -> [f64; 2] {
+        if active.iter().all(|a| lower(a, [f64::INFINITY; 2]) == 0.0) {
+            return self.past[group];
+        }
+        let mut all: Vec<(usize, f64)> = Vec::new();
+        for g in (0..group.min(self.done)).chain([group]) {
+            let deepest = |here: &dyn Fn(usize) -> bool| {
+                let same = all.iter().filter(|(other, _)| here(*other));
+                same.map(|(_, depth)| *depth).fold(0.0, f64::max)
+            };
+            let past = [
+                deepest(&|other| self.spots[other] == self.spots[g]),
+                deepest(&|other| self.bodies[other] == self.bodies[g]),
+            ];
+            if g == group {
+                return past;
+            }
+            all.push((g, self.reached[g] + sunk(past, active)));
+        }
+        [0.0; 2]
     }
 
     fn add(&mut self, read: &Read, zero: f64, known: &mut Known) {
@@ -280,6 +215,12 @@ impl Presses {
             .filter(|i| (read.travel[*i] - contact) > -0.02)
             .map(|i| read.force[i])
             .collect();
+        // The last sample above the surface has all of its neighbours on the way down.
+        let above = moments.iter().position(|m| m.depth > 0.0).map(|i| i.saturating_sub(1));
+        self.met.push(Met {
+            speed: above.map_or(0.0, |i| moments[i].rate.max(0.0)),
+            force: read.told_by,
+        });
         let reached = moments.iter().map(|m| m.depth).fold(0.0, f64::max);
         let body = known.bodies.iter().position(|b| b.0 == read.target).unwrap_or_else(|| {
             known.bodies.push((read.target.clone(), 0.0));
@@ -293,6 +234,7 @@ impl Presses {
             known.spots.push((body, read.at, 0.0));
             known.spots.len() - 1
         });
+        self.reached.push(reached);
         self.past.push([known.spots[spot].2, known.bodies[body].1]);
         known.spots[spot].2 = known.spots[spot].2.max(reached);
         known.bodies[body].1 = known.bodies[body].1.max(reached);
@@ -328,7 +270,7 @@ impl Presses {
         self.spots.push(spot);
         self.bodies.push(body);
         self.places.push(read.at.xy() - self.middles[body]);
-        self.met.push(read.at + self.up * (reached - read.below));
+        self.spots_at.push(read.at + self.up * (reached - read.below));
         self.all_spots = known.spots.len();
     }
 }
@@ -336,6 +278,10 @@ impl Presses {
 impl Family for Presses {
     fn sheet(&self) -> &Sheet {
         &self.sheet
+    }
+
+    fn negligible(&self, law: usize, values: &[f64]) -> bool {
+        slight(self.sheet.laws[law].form, values)
     }
 
     /// Where the law of the spring itself is another; what it holds beside that is how its presses are read.
@@ -361,14 +307,18 @@ impl Family for Presses {
         let (body, bodies) = (self.bodies[group], self.stiffness.len());
         let level = base[body] + base[bodies + self.spots[group]] + scatter[2];
         let stiffness = self.stiffness[body] * level.exp();
-        let mut memory = Memory::new(stiffness, self.deepest, self.past[group]);
+        let past = self.past(group, active);
+        let mut memory = Memory::new(stiffness, self.deepest, past);
+        let delay = base[base.len() - 1];
+        // What is read late tells the surface late.
+        let late = self.met[group].late(stiffness, delay, active);
         let read = self.moments[group]
             .iter()
-            .map(|m| memory.force(m, scatter[0] + base[base.len() - 1] * m.rate, active));
+            .map(|m| memory.force(m, scatter[0] - late + delay * m.rate, active));
         let mut out: Vec<f64> = read.map(|f| f + scatter[1]).collect();
         let face = &base[bodies + self.all_spots + 3 * body..][..3];
         let slope = Vector2::new(face[1], face[2]).dot(&self.places[group]);
-        out.push(face[0] + slope + sunk(self.past[group], active) + scatter[3]);
+        out.push(face[0] + slope + sunk(past, active) + scatter[3] + late);
         out
     }
 

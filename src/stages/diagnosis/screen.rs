@@ -227,7 +227,9 @@ pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candida
         .iter()
         .filter(|s| s.score > WORTH && !s.starts.is_empty())
         .collect();
-    kept.truncate(FITTED);
+    // What has no amplitude has no score that could place it behind others.
+    let mut place = 0..;
+    kept.retain(|s| place.next() < Some(FITTED) || family.laws()[s.law].amplitudes == 0);
     kept.par_iter()
         .map(|s| {
             let mut laws = base.laws.clone();

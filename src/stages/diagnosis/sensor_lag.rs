@@ -60,7 +60,7 @@ pub struct SensorLag {
 }
 
 /// A unit ramp from time 0 on, through so many poles of `lag` seconds in all.
-fn ramp(u: f64, lag: f64, poles: u8) -> f64 {
+pub(super) fn ramp(u: f64, lag: f64, poles: u8) -> f64 {
     if u <= 0.0 {
         return 0.0;
     }

@@ -1,0 +1,92 @@
+//! Presses as they were read: force and travel of the tool, and where it met the surface.
+
+use nalgebra::Point3;
+
+use super::predict::Scene;
+use super::presses::BIN;
+use crate::capture::ToolShape;
+use crate::math::{interpolate, median};
+use crate::stages::estimation::{action_of, support_normal};
+
+/// One press as it was read.
+pub(super) struct Read {
+    pub interaction: String,
+    pub held_out: bool,
+    pub target: String,
+    pub at: Point3<f64>,
+    /// How far the tool's surface is below its origin, m.
+    pub below: f64,
+    pub stiffness: f64,
+    pub time: Vec<f64>,
+    pub force: Vec<f64>,
+    pub travel: Vec<f64>,
+    pub noise: f64,
+    /// Travel at which the tool met the surface, m, and the force that told it, N.
+    pub contact: f64,
+    pub told_by: f64,
+}
+
+/// Seconds of one sample where the surface is looked for.
+pub(super) const FINE: f64 = 0.008;
+
+impl Read {
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let action = action_of(scene.capture, scene.interaction, scene.segmented, scene.model)?;
+        let link = scene.model.twin.link(&action.target)?;
+        let stiffness = link.stiffness.as_ref()?.value;
+        let up = support_normal(scene.capture, scene.model);
+        let (time, force, noise) = scene.raw_force(BIN)?;
+        let force: Vec<f64> = force.iter().map(|f| -f.dot(&up)).collect();
+        let down: Vec<f64> = action.tool.position.iter().map(|p| -p.coords.dot(&up)).collect();
+        // The mean over each sample's time, as for the force.
+        let travel = time
+            .iter()
+            .map(|t| {
+                let each = (-4..=4).map(|k| interpolate(&action.tool.time, &down, t + BIN / 9.0 * f64::from(k)));
+                let known: Vec<f64> = each.flatten().collect();
+                known.iter().sum::<f64>() / known.len().max(1) as f64
+            })
+            .collect();
+        let deepest = (0..down.len()).max_by(|a, b| down[*a].total_cmp(&down[*b]))?;
+        let (fine, felt, fine_noise) = scene.raw_force(FINE)?;
+        let felt: Vec<f64> = felt.iter().map(|f| -f.dot(&up)).collect();
+        let rises = rise(&felt, fine_noise?)?;
+        let contact = interpolate(&action.tool.time, &down, fine[rises.0])? - rises.1 / stiffness;
+        Some(Self {
+            interaction: scene.interaction.name.clone(),
+            held_out: scene.interaction.held_out,
+            target: action.target.clone(),
+            at: action.tool.position[deepest],
+            below: scene.interaction.tool.as_ref().map_or(0.0, |t| below(&t.shape)),
+            stiffness,
+            time,
+            force,
+            travel,
+            noise: noise?,
+            contact,
+            told_by: rises.1,
+        })
+    }
+}
+
+/// How far the surface of a tool that stands upright is below its origin, m.
+fn below(shape: &ToolShape) -> f64 {
+    match shape {
+        ToolShape::Sphere { radius } => *radius,
+        ToolShape::Box { half } => half.z,
+        ToolShape::Cylinder { half_height, .. } => *half_height,
+        ToolShape::Mesh(_) => 0.0,
+    }
+}
+
+/// Where a force begins to rise for good, and what it is there above the tare, N.
+fn rise(force: &[f64], noise: f64) -> Option<(usize, f64)> {
+    let peak = force.iter().copied().fold(0.0, f64::max);
+    let rest: Vec<f64> = force.iter().take_while(|f| **f < 0.3 * peak).copied().collect();
+    let tare = median(&rest[..rest.len().div_ceil(2)]).unwrap_or(0.0);
+    let floor = (5.0 * noise).max(0.01 * peak);
+    let felt = |i: &usize| (0..4).all(|k| force.get(i + k).is_some_and(|f| f - tare > floor));
+    let i = (0..force.len()).find(felt)?;
+    // A force that jumps up has met the surface there; what is more than the floor is not traced back.
+    Some((i, (force[i] - tare).min(2.0 * floor)))
+}

@@ -3,6 +3,7 @@
 
 #[path = "../benches/blind/parted.rs"]
 mod parted;
+#[allow(dead_code, reason = "the bench prints the rest")]
 #[path = "../benches/blind/scenes.rs"]
 mod scenes;
 

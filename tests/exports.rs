@@ -337,6 +337,8 @@ fn diagnosis() -> Diagnosis {
         verdict: Verdict::Adequate,
         findings: Vec::new(),
         experiments: Vec::new(),
+        profiles: Vec::new(),
+        budgets: Vec::new(),
     }
 }
 

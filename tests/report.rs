@@ -13,9 +13,9 @@ use palpate::pipeline::Run;
 use palpate::report::render;
 use palpate::stages::diagnosis::{Curve, Path, Quantity, Trace};
 use palpate::twin::{
-    BaseFit, Body, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, FORMAT, Finding, Gain, Joint,
-    JointAlternative, JointKind, Link, Model, Provenance, Relation, RelationKind, SupportPlane, SymmetryPlane, Twin,
-    Verdict,
+    BaseFit, Body, Budget, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, FORMAT, Finding, Gain, Joint,
+    JointAlternative, JointKind, Link, Model, Profile, ProfileBin, ProfileSample, Provenance, Relation, RelationKind,
+    SupportPlane, SymmetryPlane, Twin, Verdict,
 };
 
 /// A name that breaks a page which does not escape it.
@@ -224,7 +224,48 @@ fn diagnosis() -> Diagnosis {
             words: EVIL.into(),
             parts: vec!["com-offset".into()],
             bits: Some(1.25),
+            touches: Vec::new(),
         }],
+        profiles: vec![profile()],
+        budgets: vec![Budget {
+            quantity: "force".into(),
+            unit: "N".into(),
+            rmse: 0.3,
+            interactions: vec!["push".into()],
+            named: 0.7,
+            friction_law: 0.1,
+            geometry: 0.05,
+            timing: 0.05,
+            noise: 0.025,
+            unexplained: 0.075,
+        }],
+    }
+}
+
+/// What gave the finding away, with a stretch of which nothing is known.
+fn profile() -> Profile {
+    let bin = |at: f64, before: f64| ProfileBin {
+        at,
+        before,
+        after: 0.01,
+        sd: 0.02,
+    };
+    let sample = |time: f64| ProfileSample {
+        time,
+        measured: if time < 0.2 { f64::NAN } else { 1.0 + time },
+        before: 0.5,
+        after: 1.0,
+    };
+    Profile {
+        cause: finding().cause,
+        quantity: "force".into(),
+        unit: "N".into(),
+        covariate: EVIL.into(),
+        covariate_unit: "m/s".into(),
+        bins: vec![bin(0.0, -0.2), bin(0.1, 0.3)],
+        interaction: EVIL.into(),
+        held_out: true,
+        samples: [0.0, 0.1, 0.2, 0.3].map(sample).to_vec(),
     }
 }
 
@@ -460,6 +501,9 @@ fn the_page_says_what_was_found() {
         "revolute",
         "com-offset",
         "1.25 bits",
+        "What the error of the plain model is made of",
+        "named causes <b>70.0 %</b>",
+        "without the finding",
         "version 0.1.0",
         "never-seen",
         "Nobody saw its shape.",

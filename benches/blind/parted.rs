@@ -28,9 +28,17 @@ pub struct Parted {
     pub done: Vec<String>,
 }
 
+/// What one object on one table can never tell apart, which is said of it: in the scenes gravity leans in the table's own frame either way.
+const NEVER: [&str; 2] = ["support-tilt", "gravity-error"];
+
+fn alike(a: &str, b: &str) -> bool {
+    a == b || (NEVER.contains(&a) && NEVER.contains(&b))
+}
+
 /// Odds of a finding's cause among its rivals.
 fn share(finding: &Finding) -> f64 {
-    let others: f64 = finding.alternatives.iter().map(|a| a.probability).sum();
+    let rivals = finding.alternatives.iter().filter(|a| !alike(&a.cause, &finding.cause));
+    let others: f64 = rivals.map(|a| a.probability).sum();
     finding.probability / (finding.probability + others).max(1e-9)
 }
 
@@ -76,7 +84,7 @@ pub fn parted(scene: &Scene, number: u64, diagnosis: &Diagnosis, cause: &str, op
             .iter()
             .filter_map(|c| now.findings.iter().find(|f| f.cause == *c && share(f) >= TOLD));
         if let Some(told) = told.max_by(|a, b| a.probability.total_cmp(&b.probability)) {
-            (out.after, out.right) = (Some(count), told.cause == cause);
+            (out.after, out.right) = (Some(count), alike(&told.cause, cause));
             break;
         }
     }

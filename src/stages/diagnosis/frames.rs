@@ -37,8 +37,11 @@ pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
     told_by(&straight).or_else(|| told_by(&ways.iter().collect::<Vec<_>>()))
 }
 
-fn told_by(ways: &[&(&Trace, Way)]) -> Option<Finding> {
-    let (held, fitted): (Vec<&(&Trace, Way)>, Vec<&(&Trace, Way)>) = ways.iter().copied().partition(|w| w.0.held_out);
+/// A push with how it went.
+type Gone<'a> = (&'a Trace, Way);
+
+fn told_by(ways: &[&Gone]) -> Option<Finding> {
+    let (held, fitted): (Vec<&Gone>, Vec<&Gone>) = ways.iter().copied().partition(|w| w.0.held_out);
     if fitted.len() < FEWEST {
         return None;
     }
@@ -272,7 +275,7 @@ mod tests {
     #[test]
     fn what_turns_does_not_drown_what_went_straight() {
         let turned = |k: usize| {
-            let mut trace = push(k, 0.0, if k % 2 == 0 { 0.06 } else { -0.05 });
+            let mut trace = push(k, 0.0, if k.is_multiple_of(2) { 0.06 } else { -0.05 });
             let way = &trace.curves[0];
             trace.curves.push(Curve {
                 label: "tin: heading".into(),

@@ -267,10 +267,7 @@ fn name_causes(
         turned: !motions.is_empty(),
         joints: model.twin.joints().count(),
         tossed: !tossed.is_empty(),
-        spins: centre_of(findings).map_or_else(Vec::new, |name| {
-            asking::spins(model, &support_normal(capture, model), name)
-        }),
-        spun: centre_of(findings).is_some_and(|name| spun(capture, model, name)),
+        ..spinning(capture, model, findings)
     };
     for tosses in tossed {
         let Some(ladder) = climb(&tosses, config) else { continue };
@@ -279,21 +276,30 @@ fn name_causes(
     }
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
     findings_of_inertia(capture, model, pushes.is_some(), &loads, findings);
-    let of_joints = joint_findings(capture, segmented, model, findings);
-    findings.extend(of_joints);
+    findings.extend(joint_findings(capture, segmented, model, &findings.clone()));
     findings.extend(told_by_one_number(capture, segmented, model));
-    match lag {
-        Some(lag) => findings.push(lag.finding(&all)),
-        None => {
-            loads.clocks = Clocks::of(&begun);
-            findings.extend(onset_findings(&begun, &loads.clocks));
-        }
+    if let Some(lag) = lag {
+        findings.push(lag.finding(&all));
+    } else {
+        loads.clocks = Clocks::of(&begun);
+        findings.extend(onset_findings(&begun, &loads.clocks));
     }
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &asked, &untestable, &done), loads)
 }
 
-/// The body whose centre is not where its shape has it.
+/// What fast pushes have told, and could tell, of the body whose centre is not where its shape has it.
+fn spinning(capture: &Capture, model: &Model, findings: &[Finding]) -> asking::Done {
+    let Some(name) = centre_of(findings) else {
+        return asking::Done::default();
+    };
+    asking::Done {
+        spins: asking::spins(model, &support_normal(capture, model), name),
+        spun: spun(capture, model, name),
+        ..asking::Done::default()
+    }
+}
+
 fn centre_of(findings: &[Finding]) -> Option<&str> {
     let own = findings
         .iter()

@@ -51,6 +51,7 @@ mod push_history;
 mod push_laws;
 mod push_motion;
 mod push_places;
+mod push_plane;
 mod push_ringing;
 mod push_states;
 mod push_touches;

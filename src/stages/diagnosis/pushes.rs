@@ -13,6 +13,7 @@ use super::push_catalogue::push_laws;
 use super::push_history::History;
 use super::push_laws;
 use super::push_motion::paces;
+use super::push_plane::{lean_of, origin_of, plane_of};
 use super::push_states::{Observed, State, USUAL, WIDTH, excuse_blows};
 use super::push_touches::Ready;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
@@ -65,20 +66,7 @@ impl Pushes {
         let mut ordered: Vec<&Interaction> = capture.interactions.iter().collect();
         ordered.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
         let zero = ordered.first().map_or(0.0, |i| begin(i));
-        let mut out = Self {
-            sheet: Sheet::default(),
-            states: Vec::new(),
-            done: 0,
-            bodies: Vec::new(),
-            names: Vec::new(),
-            loads: Vec::new(),
-            ready: Vec::new(),
-            along: Vec::new(),
-            plane,
-            lean: lean_of(capture, &plane),
-            largest: 0.0,
-            paces: [f64::INFINITY, 0.0],
-        };
+        let mut out = Self::nothing(plane, lean_of(capture, &plane));
         let mut names: Vec<String> = Vec::new();
         let mut history = History::default();
         let mut all = Vec::new();
@@ -141,6 +129,23 @@ impl Pushes {
         let scale = out.scale();
         out.sheet.laws = push_laws(&out, scale);
         Some(out)
+    }
+
+    fn nothing(plane: [Vector3<f64>; 2], lean: Vector2<f64>) -> Self {
+        Self {
+            sheet: Sheet::default(),
+            states: Vec::new(),
+            done: 0,
+            bodies: Vec::new(),
+            names: Vec::new(),
+            loads: Vec::new(),
+            ready: Vec::new(),
+            along: Vec::new(),
+            plane,
+            lean,
+            largest: 0.0,
+            paces: [f64::INFINITY, 0.0],
+        }
     }
 
     /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.
@@ -247,29 +252,6 @@ fn scatter() -> Vec<Scatter> {
         step: 1e-4,
     };
     rows.into_iter().map(one).collect()
-}
-
-/// A point of the support.
-fn origin_of(capture: &Capture, model: &Model) -> Point3<f64> {
-    let of_capture = capture.support.as_ref().map(|s| s.point);
-    let of_twin = || model.twin.support.as_ref().map(|s| Point3::from(s.point));
-    of_capture.or_else(of_twin).unwrap_or_else(Point3::origin)
-}
-
-/// Two unit vectors in the plane of the support: the world's axes where it is level.
-fn plane_of(capture: &Capture, model: &Model) -> [Vector3<f64>; 2] {
-    let normal = crate::stages::estimation::support_normal(capture, model).into_inner();
-    let first = (Vector3::x() - normal * normal.x)
-        .try_normalize(1e-3)
-        .unwrap_or_else(Vector3::y);
-    [first, normal.cross(&first)]
-}
-
-/// Gravity along the support over that across it.
-fn lean_of(capture: &Capture, plane: &[Vector3<f64>; 2]) -> Vector2<f64> {
-    let g = &capture.gravity;
-    let across = g.dot(&plane[0].cross(&plane[1])).abs().max(1e-6);
-    Vector2::new(g.dot(&plane[0]), g.dot(&plane[1])) / across
 }
 
 /// The force of a tool that pushes along the direction of `friction` where the table adds `table`: what is across is

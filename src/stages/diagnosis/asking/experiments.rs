@@ -1,0 +1,307 @@
+//! Which experiments are told: those that were worked out, those that are known to part such causes, and those that would show
+//! what these data say nothing of.
+
+use std::collections::BTreeSet;
+
+use crate::twin::{AskedTouch, Experiment, Finding};
+
+/// Sets of causes and the experiment that parts them.
+const PARTING: [(&[&str], &str); 26] = [
+    (
+        &["bump", "friction-patch", "magnet"],
+        "push across the same place in the opposite direction, then again with a known load on top: what resists both \
+         ways is friction, what helps one way is a slope or a pull, and only a slope grows with the load",
+    ),
+    (
+        &["length-scale", "gravity-error", "clock-drift"],
+        "move the body by a length that a ruler gives, half a metre or more, and compare the track; film a second clock; then \
+         gravity is what is left",
+    ),
+    (
+        &["tracking-error", "gravity-error", "support-tilt"],
+        "lay a level on the support, and let the body hang from a thread in the view of the track: the thread is vertical",
+    ),
+    (
+        &["support-tilt", "gravity-error"],
+        "push a second object over the same table, and lift and weigh one in two orientations",
+    ),
+    (
+        &["support-tilt", "force-bias-world", "tether"],
+        "repeat a push with a known load on top, and read the force without contact",
+    ),
+    (
+        &["force-bias", "force-bias-world"],
+        "repeat a push with the tool turned by 90 degrees about the vertical",
+    ),
+    (
+        &["velocity-weakening-friction", "viscous-friction", "rate-state-friction"],
+        "push along one line at four speeds or more, each twice as fast as the one before",
+    ),
+    (
+        &["static-ageing", "breakaway-bond", "velocity-weakening-friction"],
+        "repeat the first push at once and after a wait of a minute",
+    ),
+    (
+        &["wear-or-heating", "force-drift", "stiffness-drift"],
+        "wait a minute without sliding, read the force without contact, then repeat a push",
+    ),
+    (
+        &["elastic-damping", "stress-relaxation", "time-delay", "sensor-lag"],
+        "press at two rates that differ tenfold and hold each for three seconds",
+    ),
+    (
+        &[
+            "hardening-stiffness",
+            "second-stage",
+            "power-law-stiffness",
+            "snap-through",
+            "force-saturation",
+        ],
+        "press in fine steps of depth to the deepest that is safe",
+    ),
+    (
+        &[
+            "elastic-hysteresis",
+            "guide-friction",
+            "plastic-set",
+            "softening-by-use",
+        ],
+        "press, turn back half way and press again, then repeat a shallow press",
+    ),
+    (
+        &["anisotropic-friction", "friction-patch"],
+        "push through the same place along four headings, then turn the object by 90 degrees and repeat",
+    ),
+    (
+        &["loose-mass", "added-inertia"],
+        "start and stop the body at two accelerations and let it coast; then tilt it and wait, and shake it at the rate at which it \
+         seems to swing",
+    ),
+    (
+        &["contact-point-offset", "com-offset"],
+        "push opposite faces, then turn the body by 90 degrees and push again: an offset of the tool stays in the room, a centre \
+         of mass turns with the body",
+    ),
+    (&["com-offset", "nonuniform-density"], SPIN),
+    (
+        &["uneven-support-pressure", "com-offset", "tool-friction"],
+        "push all four sides off the middle, to either side of it",
+    ),
+    (
+        &["force-crosstalk", "tool-friction"],
+        "push a face squarely, then at 30 degrees from either side",
+    ),
+    (
+        &["hidden-body", "friction-patch"],
+        "stop, retreat and push on along the same way: a thing that was pushed along is met where it was left, a patch where it was",
+    ),
+    (
+        &[
+            "joint-damping",
+            "joint-quadratic-damping",
+            "soft-close",
+            "velocity-weakening-friction",
+        ],
+        "move the joint through the same range at four speeds, each twice as fast as the one before",
+    ),
+    (
+        &["joint-spring", "joint-gravity", "limit-compliance"],
+        "move the joint slowly through all of its range, more than 60 degrees if it can, then tip what it is fixed to and repeat",
+    ),
+    (
+        &["detent", "latch"],
+        "pass the place slowly both ways, and move the joint past its closed end if it can",
+    ),
+    (
+        &["backlash", "joint-stiction"],
+        "reverse the joint in small steps, each a little larger than the one before, and hold the force before it moves",
+    ),
+    (
+        &["joint-gravity", "lever-arm"],
+        "move the joint by a handle at half the radius",
+    ),
+    (
+        &[
+            "force-gain",
+            "load-dependent-friction",
+            "added-inertia",
+            "force-bias",
+            "gravity-error",
+        ],
+        "hang a known weight on the tool, let the body coast, and read the force without contact",
+    ),
+    (
+        &["support-compliance", "length-scale", "tracking-error"],
+        "press something much stiffer at the same place of the support, in view of the track",
+    ),
+];
+
+/// How to tell a yaw inertia.
+const SPIN: &str = "push the body fast and off its middle, three times on either side, and let it spin until it rests: how soon it \
+                    stops spinning tells its yaw inertia";
+
+/// What to do where fast pushes have told it as well as they can.
+const HANG: &str = "hang the body from three threads of one length and time how it twists to and fro: its yaw inertia goes with the \
+                    square of that time, and fast pushes have told it as well as they can";
+
+/// What was done to the things of a capture, as far as the laws of it could be asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Done {
+    pub pushed: bool,
+    /// Under loads that differ.
+    pub loaded: bool,
+    /// Something rolled on by itself.
+    pub rolled: bool,
+    pub pressed: bool,
+    /// Joints were moved through what shows their laws.
+    pub turned: bool,
+    /// How many joints there are.
+    pub joints: usize,
+    pub tossed: bool,
+    /// Fast pushes off the middle that could be made next, and whether such pushes have told a yaw inertia well.
+    pub spins: Vec<AskedTouch>,
+    pub spun: bool,
+}
+
+/// What the motions of joints show.
+const OF_JOINTS: &[&str] = &[
+    "joint-stiction",
+    "joint-damping",
+    "joint-spring",
+    "joint-gravity",
+    "detent",
+    "latch",
+    "soft-close",
+    "limit-compliance",
+    "backlash",
+    "joint-loose-mass",
+    "moving-axis",
+];
+/// How to load a thing.
+const LOAD: &str = "weigh it, hold it, and drag it while pressing it down with three forces, up to twice its weight";
+/// How to let a thing roll.
+const ROLL: &str = "push what is round so that it rolls on by itself, at two speeds and along two headings";
+
+/// Causes of which nothing shows unless something is done that was not, or that needs more than these data have.
+fn not_shown(done: &Done) -> Vec<(&'static [&'static str], &'static str)> {
+    let mut out: Vec<(&[&str], &str)> = Vec::new();
+    if !done.pushed && !done.tossed {
+        out.push((
+            &[
+                "velocity-weakening-friction",
+                "viscous-friction",
+                "static-ageing",
+                "anisotropic-friction",
+                "friction-patch",
+                "support-tilt",
+                "bump",
+                "magnet",
+                "tether",
+                "breakaway-bond",
+                "hidden-body",
+                "loose-mass",
+                "contact-point-offset",
+            ],
+            "push each thing along the table from all sides, over one spot, at four speeds, at once and after a while",
+        ));
+    }
+    if !done.pressed {
+        out.push((
+            &[
+                "hardening-stiffness",
+                "second-stage",
+                "elastic-damping",
+                "stress-relaxation",
+                "plastic-set",
+                "elastic-hysteresis",
+                "softening-by-use",
+                "snap-through",
+                "adhesion",
+                "support-compliance",
+            ],
+            "press into what may give, to several depths at two rates, hold each for three seconds, and do the deepest twice",
+        ));
+    }
+    if done.joints > 0 && !done.turned {
+        out.push((
+            OF_JOINTS,
+            "move the joint through all of its range and back, by a handle, at three speeds or more",
+        ));
+    }
+    if done.pushed {
+        out.push((&["force-gain"], "hang a known weight on the tool"));
+        out.push((
+            &["yaw-inertia", "contact-law"],
+            "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
+        ));
+    }
+    if done.pushed && !done.loaded {
+        out.push((&["load-dependent-friction"], LOAD));
+    }
+    if done.pushed && !done.rolled {
+        out.push((&["rolling-resistance"], ROLL));
+    }
+    if done.turned && done.joints < 2 {
+        out.push((
+            &["joint-coupling"],
+            "move the joint with everything near it in view: what moves along with it is geared to it",
+        ));
+    }
+    out
+}
+
+/// Experiments for the rivals of each finding, those that were worked out (`asked`) before those that are known to part
+/// such causes; then for what could not be tested.
+pub fn experiments(
+    findings: &[Finding],
+    asked: &[Experiment],
+    untestable: &BTreeSet<&str>,
+    done: &Done,
+) -> Vec<Experiment> {
+    let mut out: Vec<Experiment> = Vec::new();
+    for finding in findings.iter().filter(|f| !f.alternatives.is_empty()) {
+        let of_it = |e: &&Experiment| e.parts.first() == Some(&finding.cause);
+        if let Some(worked_out) = asked.iter().find(of_it) {
+            out.push(worked_out.clone());
+            continue;
+        }
+        let rivals = finding.alternatives.iter().map(|a| a.cause.clone());
+        let parts: Vec<String> = std::iter::once(finding.cause.clone()).chain(rivals).collect();
+        let share = |set: &&(&[&str], &str)| parts.iter().filter(|p| set.0.contains(&p.as_str())).count();
+        let Some((_, words)) = PARTING.iter().max_by_key(share).filter(|s| share(s) > 1) else {
+            continue;
+        };
+        // Information of a test that leaves one of them.
+        let odds = std::iter::once(finding.probability).chain(finding.alternatives.iter().map(|a| a.probability));
+        let bits = odds.filter(|p| *p > 0.0).map(|p| -p * p.log2()).sum::<f64>();
+        out.push(Experiment {
+            words: if *words == SPIN && done.spun { HANG } else { words }.into(),
+            touches: if *words == SPIN && !done.spun {
+                done.spins.clone()
+            } else {
+                Vec::new()
+            },
+            parts,
+            bits: Some(bits),
+        });
+    }
+    let tried = PARTING.into_iter().map(|(set, words)| {
+        let parts: Vec<&str> = set.iter().copied().filter(|c| untestable.contains(c)).collect();
+        (parts, words)
+    });
+    let never = not_shown(done).into_iter().map(|(set, words)| (set.to_vec(), words));
+    for (parts, words) in tried.chain(never) {
+        let found = |c: &&str| !findings.iter().any(|f| f.cause == *c);
+        let parts: Vec<String> = parts.into_iter().filter(found).map(str::to_owned).collect();
+        let told = |e: &Experiment| e.words == words;
+        if !parts.is_empty() && !out.iter().any(told) {
+            out.push(Experiment {
+                words: words.into(),
+                parts,
+                bits: None,
+                touches: Vec::new(),
+            });
+        }
+    }
+    out
+}

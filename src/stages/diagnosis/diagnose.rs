@@ -276,8 +276,8 @@ fn name_causes(
     }
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
     findings_of_inertia(capture, model, pushes.is_some(), &loads, findings);
-    findings.extend(joint_findings(capture, segmented, model, &findings.clone()));
-    findings.extend(told_by_one_number(capture, segmented, model));
+    let told = told_by_one_number(capture, segmented, model, findings);
+    findings.extend(told);
     if let Some(lag) = lag {
         findings.push(lag.finding(&all));
     } else {
@@ -362,9 +362,10 @@ fn findings_of_inertia(capture: &Capture, model: &Model, pushed: bool, loads: &L
     }
 }
 
-/// Findings that need no ladder of laws.
-fn told_by_one_number(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
-    let mut findings = coupling_findings(capture, segmented, model);
+/// Findings beside those that were named, which need no ladder of laws.
+fn told_by_one_number(capture: &Capture, segmented: &[Segmented], model: &Model, named: &[Finding]) -> Vec<Finding> {
+    let mut findings = joint_findings(capture, segmented, model, named);
+    findings.extend(coupling_findings(capture, segmented, model));
     findings.extend(sinking_findings(capture, segmented, model));
     findings.extend(scale_finding(capture, segmented));
     findings.extend(finger_findings(capture, segmented, model));

@@ -1,7 +1,7 @@
 //! Pushes and pulls of single bodies along the support as the ladder of laws sees them: the force in the plane of the
 //! support, with everything that a law of friction, of the table or of the sensor may depend on.
 
-use nalgebra::{Point3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
 use super::Quantity;
 use super::asking::Imagined;

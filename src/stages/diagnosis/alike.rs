@@ -49,8 +49,26 @@ const ALIKE: [&[&str]; 7] = [
         "breakaway-bond",
     ],
 ];
-/// Share of the gain of a cause below which a cause of the same kind is a matter of its form; and one of another kind.
-const MISSHAPEN: (f64, f64) = (0.2, 0.05);
+/// Causes that act at one place: what their form leaves is at that place as well.
+const LOCAL: [&str; 7] = [
+    "magnet",
+    "bump",
+    "friction-patch",
+    "hidden-body",
+    "detent",
+    "latch",
+    "limit-compliance",
+];
+/// Causes that go with speed wherever it is.
+const EVERYWHERE: [&str; 4] = [
+    "joint-damping",
+    "joint-quadratic-damping",
+    "viscous-friction",
+    "velocity-weakening-friction",
+];
+/// Share of the gain of a cause below which a cause of the same kind is a matter of its form; one of another kind; and one that acts
+/// everywhere beside one that acts at a place.
+const MISSHAPEN: (f64, f64, f64) = (0.2, 0.05, 0.02);
 
 /// Whether a cause that gains so much (nats) may be what the form of another one, that was taken up, leaves behind.
 ///
@@ -61,7 +79,11 @@ pub fn may_be_form<'a>(cause: &str, gain: f64, mut taken: impl Iterator<Item = (
             .iter()
             .any(|class| class.contains(&cause) && class.contains(&other))
     };
-    let share = |other: &str| if alike(other) { MISSHAPEN.0 } else { MISSHAPEN.1 };
+    let share = |other: &str| match () {
+        () if alike(other) => MISSHAPEN.0,
+        () if EVERYWHERE.contains(&cause) && LOCAL.contains(&other) => MISSHAPEN.2,
+        () => MISSHAPEN.1,
+    };
     taken.any(|(other, before)| gain < share(other) * before)
 }
 
@@ -76,5 +98,7 @@ mod tests {
             may_be_form("power-law-stiffness", 30.0, large()) && !may_be_form("power-law-stiffness", 60.0, large())
         );
         assert!(may_be_form("plastic-set", 100.0, large()) && !may_be_form("plastic-set", 300.0, large()));
+        let notch = || [("detent", 2000.0)].into_iter();
+        assert!(!may_be_form("joint-damping", 56.0, notch()) && may_be_form("force-bias", 56.0, notch()));
     }
 }

@@ -35,6 +35,8 @@ const CALM: f64 = 1.5;
 const TOGETHER: f64 = 0.08;
 /// Least standard deviation of one push, and scatter from push to push, m.
 pub(super) const FLOOR: f64 = 3e-5;
+/// Doubt of the way, as a share, since bristles may bend by another curve than in proportion.
+const FORM: f64 = 0.1;
 /// Fewest pushes, standard deviations, and the least way that is more than rounding of dry friction, m.
 const FEWEST: usize = 3;
 const CLEAR: f64 = 5.0;
@@ -294,7 +296,7 @@ fn told(all: &[Onset], name: &str, clocks: &Clocks) -> Option<Finding> {
             "way",
             Estimate::measured(
                 way,
-                sd,
+                sd.hypot(FORM * way),
                 "m",
                 fitted.iter().map(|o| o.interaction.clone()).collect(),
                 "way of the body while the force of slow pushes rises",

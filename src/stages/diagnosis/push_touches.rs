@@ -85,7 +85,7 @@ impl Pushes {
         Vector2::new(v.dot(&self.plane[0]), v.dot(&self.plane[1]))
     }
 
-    /// Where a body begins, if it is put back before each push.
+    /// Where a body begins: where it is put back to before each push, or where it was at first.
     fn start_of(&self, body: usize) -> Option<Vector2<f64>> {
         let own = (0..self.done).filter(|g| self.bodies[*g] == body);
         let begins: Vec<Vector2<f64>> = own
@@ -95,7 +95,8 @@ impl Pushes {
         let axis = |k: usize| median(&begins.iter().map(|b| b[k]).collect::<Vec<f64>>());
         let usual = Vector2::new(axis(0)?, axis(1)?);
         let near = begins.iter().filter(|b| (*b - usual).norm() < PUT_BACK).count();
-        (near as f64 >= MOSTLY * begins.len() as f64).then_some(usual)
+        let put_back = near as f64 >= MOSTLY * begins.len() as f64;
+        if put_back { Some(usual) } else { begins.first().copied() }
     }
 
     fn states_of(&self, touch: &Touch, start: Vector2<f64>) -> Vec<State> {

@@ -136,6 +136,9 @@ const PARTING: [(&[&str], &str); 26] = [
     ),
 ];
 
+/// Share of what is open that touches have to be expected to tell for nothing else to be asked for.
+const ENOUGH: f64 = 0.6;
+
 /// How to tell a yaw inertia.
 const SPIN: &str = "push the body fast and off its middle, three times on either side, and let it spin until it rests: how soon it \
                     stops spinning tells its yaw inertia";
@@ -261,9 +264,13 @@ pub fn experiments(
     let mut out: Vec<Experiment> = Vec::new();
     for finding in findings.iter().filter(|f| !f.alternatives.is_empty()) {
         let of_it = |e: &&Experiment| e.parts.first() == Some(&finding.cause);
+        let odds = std::iter::once(finding.probability).chain(finding.alternatives.iter().map(|a| a.probability));
+        let bits = odds.filter(|p| *p > 0.0).map(|p| -p * p.log2()).sum::<f64>();
         if let Some(worked_out) = asked.iter().find(of_it) {
             out.push(worked_out.clone());
-            continue;
+            if worked_out.bits.is_some_and(|b| b > ENOUGH * bits) {
+                continue;
+            }
         }
         let rivals = finding.alternatives.iter().map(|a| a.cause.clone());
         let parts: Vec<String> = std::iter::once(finding.cause.clone()).chain(rivals).collect();
@@ -271,9 +278,7 @@ pub fn experiments(
         let Some((_, words)) = PARTING.iter().max_by_key(share).filter(|s| share(s) > 1) else {
             continue;
         };
-        // Information of a test that leaves one of them.
-        let odds = std::iter::once(finding.probability).chain(finding.alternatives.iter().map(|a| a.probability));
-        let bits = odds.filter(|p| *p > 0.0).map(|p| -p * p.log2()).sum::<f64>();
+        // A test that leaves one of them tells all of it.
         out.push(Experiment {
             words: if *words == SPIN && done.spun { HANG } else { words }.into(),
             touches: if *words == SPIN && !done.spun {

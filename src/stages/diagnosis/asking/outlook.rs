@@ -15,6 +15,8 @@ use crate::stages::diagnosis::fit::{Fit, parameters};
 use crate::stages::diagnosis::marginal::{Noise, Point, Tangent};
 use crate::stages::diagnosis::named::TEMPERATURE;
 
+/// Rounds in which the roots of a covariance have to be found.
+const ROUNDS: usize = 1000;
 /// Draws of a reading under each cause.
 const DRAWS: usize = 24;
 
@@ -71,7 +73,14 @@ impl Outlook {
 fn spread(jacobian: &[Vec<f64>], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let p = jacobian.len();
     let symmetric = 0.5 * (covariance + covariance.transpose());
-    let root = symmetric.symmetric_eigen();
+    // What is not finite has no roots, and looking for them would never end.
+    let finite = symmetric.iter().all(|x| x.is_finite());
+    let Some(root) = finite
+        .then(|| symmetric.try_symmetric_eigen(f64::EPSILON, ROUNDS))
+        .flatten()
+    else {
+        return Vec::new();
+    };
     let column = |k: usize| {
         let size = root.eigenvalues[k].max(0.0).sqrt();
         let n = jacobian.first().map_or(0, Vec::len);

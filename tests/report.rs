@@ -258,6 +258,7 @@ fn profile() -> Profile {
     };
     Profile {
         cause: finding().cause,
+        place: finding().place,
         quantity: "force".into(),
         unit: "N".into(),
         covariate: EVIL.into(),

@@ -72,7 +72,7 @@ fn findings(findings: &[Finding], profiles: &[Profile]) -> String {
     if findings.is_empty() {
         return "<p>No named effect was added to the plain model.</p>\n".to_owned();
     }
-    let card = |f: &Finding| finding(f, profiles.iter().find(|p| p.cause == f.cause));
+    let card = |f: &Finding| finding(f, profiles.iter().find(|p| p.cause == f.cause && p.place == f.place));
     let cards: String = findings.iter().map(card).collect();
     format!("<h3>Findings</h3>\n<div class=\"cards\">\n{cards}</div>\n")
 }

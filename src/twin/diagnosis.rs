@@ -36,6 +36,9 @@ pub struct Diagnosis {
 pub struct Profile {
     /// The finding's cause.
     pub cause: String,
+    /// And its place.
+    #[serde(rename = "where")]
+    pub place: String,
     /// `force`, `torque`, `position`, …
     pub quantity: String,
     /// SI unit of it.

@@ -144,7 +144,7 @@ pub fn diagnose(
         _ => Verdict::Explained,
     };
     findings.iter_mut().for_each(leave_room);
-    let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause);
+    let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
         profiles: curves.profiles.into_iter().filter(told).collect(),
         budgets: curves.budgets,
@@ -251,11 +251,10 @@ fn name_causes(
                 .any(|(cause, place)| f.cause == *cause && f.place == *place)
         });
         let found = beside(loads.named(family, &ladder), findings);
+        let found = placed(found, &mut loads.profiles, thing_of(family, capture));
         asked.extend(found.iter().filter_map(|f| asking::asked(family, &ladder, f)));
-        findings.extend(placed(found, thing_of(family, capture)));
-        if let Some(joint) = joint {
-            loads.of_joint(joint, &ladder);
-        }
+        findings.extend(found);
+        joint.iter().for_each(|j| loads.of_joint(j, &ladder));
     }
     findings.extend(loads.of_rolls(rolls(capture, segmented, model)));
     let tossed = of_all_bodies(capture, model);
@@ -323,13 +322,11 @@ fn beside(mut found: Vec<Finding>, earlier: &[Finding]) -> Vec<Finding> {
     found
 }
 
-fn placed(mut findings: Vec<Finding>, thing: Option<&str>) -> Vec<Finding> {
-    for (finding, thing) in findings
-        .iter_mut()
-        .filter(|f| f.place == BODY)
-        .zip(thing.into_iter().cycle())
-    {
-        finding.place = thing.to_owned();
+fn placed(mut findings: Vec<Finding>, profiles: &mut [Profile], thing: Option<&str>) -> Vec<Finding> {
+    let places = findings.iter_mut().map(|f| &mut f.place);
+    let all = places.chain(profiles.iter_mut().map(|p| &mut p.place));
+    for (place, thing) in all.filter(|p| *p == BODY).zip(thing.into_iter().cycle()) {
+        thing.clone_into(place);
     }
     findings
 }

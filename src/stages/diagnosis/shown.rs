@@ -47,6 +47,7 @@ fn profile(family: &dyn Family, before: &Fit, ladder: &Ladder, law: usize) -> Op
     let most = of.into_iter().max_by(|a, b| change(*a).total_cmp(&change(*b)))?;
     Some(Profile {
         cause: family.laws()[law].cause.into(),
+        place: family.laws()[law].place.clone(),
         quantity: quantity.name().into(),
         unit: quantity.unit().into(),
         covariate: covariate.into(),

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use super::imagined::Asked;
 use crate::twin::{AskedTouch, Experiment, Finding};
 
 /// Sets of causes and the experiment that parts them.
@@ -255,18 +256,13 @@ fn not_shown(done: &Done) -> Vec<(&'static [&'static str], &'static str)> {
 
 /// Experiments for the rivals of each finding, those that were worked out (`asked`) before those that are known to part
 /// such causes; then for what could not be tested.
-pub fn experiments(
-    findings: &[Finding],
-    asked: &[Experiment],
-    untestable: &BTreeSet<&str>,
-    done: &Done,
-) -> Vec<Experiment> {
+pub fn experiments(findings: &[Finding], asked: &[Asked], untestable: &BTreeSet<&str>, done: &Done) -> Vec<Experiment> {
     let mut out: Vec<Experiment> = Vec::new();
     for finding in findings.iter().filter(|f| !f.alternatives.is_empty()) {
-        let of_it = |e: &&Experiment| e.parts.first() == Some(&finding.cause);
+        let of_it = |(place, e): &&Asked| *place == finding.place && e.parts.first() == Some(&finding.cause);
         let odds = std::iter::once(finding.probability).chain(finding.alternatives.iter().map(|a| a.probability));
         let bits = odds.filter(|p| *p > 0.0).map(|p| -p * p.log2()).sum::<f64>();
-        if let Some(worked_out) = asked.iter().find(of_it) {
+        if let Some((_, worked_out)) = asked.iter().find(of_it) {
             out.push(worked_out.clone());
             if worked_out.bits.is_some_and(|b| b > ENOUGH * bits) {
                 continue;

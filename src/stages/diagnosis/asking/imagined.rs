@@ -18,6 +18,9 @@ pub struct Imagined {
     pub touches: Vec<AskedTouch>,
 }
 
+/// The place of a finding, and what would part its causes.
+pub type Asked = (String, Experiment);
+
 /// At most this many touches are asked for at once.
 const TOUCHES: usize = 3;
 /// A touch that adds less, bits, is not worth making; share of the entropy that is left when the cause is as good as known.
@@ -27,7 +30,7 @@ const KNOWN: f64 = 0.1;
 const TELLS: f64 = 0.2;
 
 /// What of the pool of touches of a family parts the causes of one of its findings best; nothing where none does.
-pub fn asked(family: &dyn Family, ladder: &Ladder, finding: &Finding) -> Option<Experiment> {
+pub fn asked(family: &dyn Family, ladder: &Ladder, finding: &Finding) -> Option<Asked> {
     let members = members(family, ladder, finding)?;
     let total: f64 = members.iter().map(|m| m.1).sum();
     let odds: Vec<f64> = members.iter().map(|m| m.1 / total).collect();
@@ -46,12 +49,13 @@ pub fn asked(family: &dyn Family, ladder: &Ladder, finding: &Finding) -> Option<
     let touches: Vec<AskedTouch> = chosen.iter().map(|k| imagined.touches[*k].clone()).collect();
     let each: Vec<String> = touches.iter().map(words_of).collect();
     let told = foretold(&imagined, first + chosen[0], &members);
-    Some(Experiment {
+    let experiment = Experiment {
         words: format!("{}{told}", each.join(", then ")),
         parts: members.iter().map(|m| m.0.to_owned()).collect(),
         bits: Some(bits),
         touches,
-    })
+    };
+    Some((finding.place.clone(), experiment))
 }
 
 /// A cause, its probability, and the fit of the model that has it.

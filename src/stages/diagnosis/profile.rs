@@ -23,8 +23,11 @@ pub fn profile(family: &dyn Family, plain: &Fit) -> Option<Evidence> {
     let ends = (0..count).filter_map(|k| ends(family, plain, k));
     let best = ends.max_by(|a, b| a.t.abs().total_cmp(&b.t.abs()))?;
     let side = |x: f64| if x > 0.0 { "too low" } else { "too high" };
+    let quantity = family.kinds().first()?.quantity;
+    // Two digits of the larger one, at least two decimals.
+    let digits = (1.0 - best.low.abs().max(best.high.abs()).max(1e-9).log10().floor()).clamp(2.0, 6.0) as usize;
     let words = format!(
-        "below {:.3} {unit} of {} the predicted force is {:.2} N {} and above it {:.2} N {}",
+        "below {:.3} {unit} of {} the predicted {what} is {:.digits$} {si} {} and above it {:.digits$} {si} {}",
         best.middle,
         best.name,
         best.low.abs(),
@@ -32,6 +35,8 @@ pub fn profile(family: &dyn Family, plain: &Fit) -> Option<Evidence> {
         best.high.abs(),
         side(best.high),
         unit = best.unit,
+        what = quantity.name(),
+        si = quantity.unit(),
     );
     Some(Evidence {
         residual: format!("force against {}", best.name),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A blind test of the diagnosis on worlds made with MuJoCo that hide an effect, or none.
 
-    python blind_diagnosis.py PALPATE FOLDER [--first-seed N] [--clean N] [--each N] [--kinds tin pad hinge drawer toss ball] [--views] [--quick]
+    python blind_diagnosis.py PALPATE FOLDER [--first-seed N] [--clean N] [--each N] [--pairs N] [--kinds tin pad hinge drawer toss ball] [--views] [--quick]
 
 Makes the captures in FOLDER (those that are there already are kept), reconstructs each without its truth, and prints
 what was hidden beside what was named, and counts: false names on clean captures, effects found, first name right,
@@ -10,6 +10,7 @@ truth among the names given. Needs `mujoco` and `numpy`.
 import argparse
 import json
 import pathlib
+import random
 import subprocess
 import sys
 
@@ -41,6 +42,11 @@ def cases(arguments):
         for cause in causes * arguments.each + ["none"] * arguments.clean:
             seed += 1
             yield kind, cause, seed
+        rng = random.Random(arguments.first_seed)
+        known = [cause for cause in causes if not cause.startswith("outside")]
+        for _ in range(arguments.pairs):
+            seed += 1
+            yield kind, ",".join(rng.sample(known, 2)), seed
 
 
 def named(palpate, capture, out):
@@ -66,6 +72,7 @@ def main():
     parser.add_argument("--first-seed", type=int, default=1000)
     parser.add_argument("--clean", type=int, default=8)
     parser.add_argument("--each", type=int, default=1)
+    parser.add_argument("--pairs", type=int, default=0, help="captures of each kind with two effects")
     parser.add_argument("--quick", action="store_true", help="five effects and five clean captures; exit code 1 where one is not named or falsely so")
     parser.add_argument("--firm-finger", action="store_true", help="the finger's tip on ten times stiffer springs")
     parser.add_argument("--views", action="store_true", help="shapes are seen by a camera, not known (tin, pad, hinge, drawer)")
@@ -74,15 +81,21 @@ def main():
     if arguments.views:
         arguments.kinds = [kind for kind in arguments.kinds if kind not in ("toss", "ball")]
     told = []
-    count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0)
+    count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0, pairs=0, both=0, one=0)
     for kind, cause, seed in cases(arguments):
-        capture = arguments.folder / f"{cause}-{kind}-{seed}"
+        capture = arguments.folder / f"{cause}-{kind}-{seed}".replace(",", "+")
         if not (capture / "truth.json").exists():
             make = [sys.executable, str(HERE / "mujoco_world.py"), str(capture), "--kind", kind, "--seed", str(seed), "--hide", cause]
             make += ["--firm-finger"] * arguments.firm_finger + ["--views"] * arguments.views
             subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
         verdict, names, odds = named(arguments.palpate, capture, arguments.folder / f"{capture.name}.twin")
         print(f"{capture.name:45} {verdict:10} {'; '.join(' or '.join(n) for n in names)}", flush=True)
+        if "," in cause:
+            right = [any(c in n for n in names) for c in cause.split(",")]
+            count["pairs"] += 1
+            count["both"] += all(right)
+            count["one"] += any(right)
+            continue
         if names:
             told.append((odds, names[0][0] == cause))
         if cause == "none":
@@ -100,6 +113,7 @@ def main():
     print(f"\nfalse names on clean captures: {count['false']} of {count['clean']}")
     print(f"hidden effects: {count['found']} of {count['hidden']} seen; first name right {count['first']}; among the names {count['among']}")
     print(f"effects outside the catalogue that got no name, or one told as not the whole: {count['passed']} of {count['outside']}")
+    print(f"two effects: {count['pairs']}; both among the names {count['both']}; one at least {count['one']}")
     if told:
         print(f"calibration error of the odds of first names: {calibration_error(told):.3f} of {len(told)}")
     if arguments.quick and (count["false"] or count["among"] < count["hidden"]):

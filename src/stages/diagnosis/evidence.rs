@@ -4,6 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::family::Family;
 use super::fit::{Fit, parameters};
+use super::marginal::{Point, group_state};
 
 /// Log predictive density of each interaction given all others, at the fitted noise: exact for models that are linear
 /// about the fit.
@@ -37,6 +38,30 @@ pub fn leave_one_out(family: &dyn Family, fit: &Fit) -> Vec<f64> {
         -0.5 * (square - explained + state.log_det + log_det + constant)
     };
     fit.states.iter().map(one).collect()
+}
+
+/// Log predictive density of interactions that were not fitted, what is not known of the parameters and what is new in
+/// every interaction integrated out: to first order about the fit.
+pub fn foretold(family: &dyn Family, fit: &Fit, groups: &[usize]) -> Vec<f64> {
+    let priors = parameters(family, &fit.laws);
+    let p = priors.len();
+    let steps: Vec<f64> = priors.iter().map(|x| 1e-4 * x.sd).collect();
+    let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
+    fit.states.iter().for_each(|s| h += &s.information);
+    let point = Point {
+        laws: &fit.laws,
+        theta: &fit.theta,
+    };
+    let one = |g: &usize| {
+        let state = group_state(family, *g, &point, &steps, &fit.noise);
+        let (Some(before), Some(after)) = (Cholesky::new(h.clone()), Cholesky::new(&h + &state.information)) else {
+            return state.log_likelihood;
+        };
+        let log_det = |c: &Cholesky<f64, nalgebra::Dyn>| c.l().diagonal().iter().map(|x| x.ln()).sum::<f64>();
+        state.log_likelihood + 0.5 * state.gradient.dot(&after.solve(&state.gradient)) + log_det(&before)
+            - log_det(&after)
+    };
+    groups.iter().map(one).collect()
 }
 
 /// No single interaction speaks for more than this, nats: a model that is wrong somewhere gains there by accident.

@@ -117,6 +117,21 @@ impl Problem<'_> {
 
 /// Fits base and laws together from `start`.
 pub fn fit(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, groups: &[usize]) -> Fit {
+    climbed(family, laws, start, (noise, true), groups)
+}
+
+/// Fits base and laws together from `start` with the noise as it is.
+pub fn fit_at(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, groups: &[usize]) -> Fit {
+    climbed(family, laws, start, (noise, false), groups)
+}
+
+fn climbed(
+    family: &dyn Family,
+    laws: &[usize],
+    start: &[f64],
+    (noise, learns): (&Noise, bool),
+    groups: &[usize],
+) -> Fit {
     let priors = parameters(family, laws);
     let steps = priors.iter().map(|p| 1e-4 * p.sd).collect();
     let problem = Problem {
@@ -157,8 +172,11 @@ pub fn fit(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, gr
         }
         // Steps of expectation and maximisation raise the likelihood of the samples as they are, which the weights by
         // the signal's change are not quite: where all levels together do not, one kind of them may.
-        let learnt = learn(family, groups, &noise, &states);
-        for tried in std::iter::once(learnt.clone()).chain(noise.one_by_one(&learnt)) {
+        let learnt = learns.then(|| learn(family, groups, &noise, &states));
+        let levels = learnt
+            .iter()
+            .flat_map(|l| std::iter::once(l.clone()).chain(noise.one_by_one(l)));
+        for tried in levels.collect::<Vec<_>>() {
             let there = problem.states(&tangents, &tried);
             let value = objective(&there, &theta, &tried);
             if value > best {

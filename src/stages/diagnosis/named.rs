@@ -3,11 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use super::alike::acts_at_a_place;
+use super::evidence::{foretold, paired};
 use super::family::{Family, Law, Scatter};
 use super::fit::{Fit, parameters};
 use super::marginal::{Point, group_state, predict, weights};
 use super::naming::{Ladder, Taken};
 use super::profile::profile;
+use super::screen::stands;
 use crate::base::Estimate;
 use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 
@@ -49,23 +52,12 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             .iter()
             .find(|o| o.cause == law.cause)
             .map_or(1.0, |o| o.probability);
-        // A tare fitted anew would take the place of what is wrong with the sensor.
-        let gain = gain(family, &before, &after, family.about(taken.law), law.place != "sensor");
-        // What makes held-out interactions worse is no cause, however well it fits.
-        // One that every interaction meets has nothing to hide behind.
-        let everywhere = law.grid.len() < 2 && gain.rmse_before < REPEATS * family.unforeseen();
-        let vetoed = everywhere || worse(family, &gain, family.about(taken.law));
-        // What acts at a place leaves held-out interactions that never come there as they are, and does not make them worse.
-        let misplaced = law.grid.len() > 1 && gain.reduction < MISPLACED && above_noise(family, &gain, taken.law);
-        // Motions that all pass the place have to be foretold better by it, where they can tell.
-        let mute = taken.gain > BEYOND_DOUBT && !judged(family, &before, &after, taken.law);
-        let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE && !mute;
-        let further = out.first().is_some_and(|_| taken.gain < LESSER * ladder.taken[0].gain);
-        let hollow = further && hollow(family, ladder, &gain, taken.law);
-        if !gain.held_out.is_empty() && (gain.reduction < WORSE && vetoed || misplaced || idle || hollow) {
+        let first = out.is_empty();
+        let cumulative = judged(family, ladder, (taken, first), [&before, &after]);
+        let Some(gain) = cumulative.or_else(|| beside_all(family, ladder, (taken, first))) else {
             laws.pop();
             continue;
-        }
+        };
         out.push(Finding {
             leader: None,
             cause: law.cause.into(),
@@ -79,11 +71,71 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             gain,
         });
     }
-    out
+    with_its_state(out)
+}
+
+/// Evidence of what ages at rest over that of what goes with speed, or the other way round, up to which they are one law.
+const OF_ONE_LAW: f64 = 3.0;
+
+/// Friction that goes with the logarithm of speed and ages at rest is one law of rate and state (Dieterich 1979; Ruina 1983).
+fn with_its_state(mut findings: Vec<Finding>) -> Vec<Finding> {
+    let of = |cause: &str| findings.iter().position(|f| f.cause == cause);
+    let (Some(rate), Some(state)) = (of("rate-state-friction"), of("static-ageing")) else {
+        return findings;
+    };
+    let worth = |k: usize| findings[k].evidence.first().map_or(0.0, |e| e.statistic);
+    let ratio = worth(rate) / worth(state);
+    if (1.0 / OF_ONE_LAW..OF_ONE_LAW).contains(&ratio) {
+        let aged = findings[state].evidence.clone();
+        findings[rate].evidence.extend(aged);
+        findings.remove(state);
+    }
+    findings
+}
+
+/// The gain of a law with all others in the model: while another effect is not, what is foretold with the law may be worse.
+fn beside_all(family: &dyn Family, ladder: &Ladder, taken: (&Taken, bool)) -> Option<Gain> {
+    let others: Vec<usize> = ladder.full.laws.iter().copied().filter(|l| *l != taken.0.law).collect();
+    let before = (!others.is_empty()).then(|| refit(family, ladder, &others))?;
+    judged(family, ladder, taken, [&before, &ladder.full])
+}
+
+/// The gain of a law on held-out interactions; nothing where they speak against it.
+fn judged(
+    family: &dyn Family,
+    ladder: &Ladder,
+    (taken, first): (&Taken, bool),
+    [before, after]: [&Fit; 2],
+) -> Option<Gain> {
+    let law = &family.laws()[taken.law];
+    // A tare fitted anew would take the place of what is wrong with the sensor.
+    let gain = gain(family, before, after, family.about(taken.law), law.place != "sensor");
+    // What makes held-out interactions worse is no cause, however well it fits.
+    // One that every interaction meets has nothing to hide behind.
+    let everywhere = law.grid.len() < 2 && gain.rmse_before < REPEATS * family.unforeseen();
+    let worse = gain.reduction < WORSE && (everywhere || worse(family, &gain, family.about(taken.law)));
+    // What acts at a place leaves held-out interactions that never come there as they are, and does not make them worse.
+    let misplaced = law.grid.len() > 1 && gain.reduction < MISPLACED && above_noise(family, &gain, taken.law);
+    // An error is no measure where the numbers of the law, or what is new in every interaction, leave room for it.
+    let foretells = || {
+        let held: Vec<usize> = (0..family.groups().len())
+            .filter(|g| family.groups()[*g].held_out)
+            .collect();
+        let x = paired(&foretold(family, after, &held), &foretold(family, before, &held));
+        stands(x)
+    };
+    // Motions that all pass the place have to be foretold better by it, where they can tell.
+    let mute = taken.gain > BEYOND_DOUBT && !moved(family, before, after, taken.law);
+    let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE && !mute;
+    let idle = idle && (acts_at_a_place(law.cause) || !foretells());
+    let further = !first && taken.gain < LESSER * ladder.taken[0].gain;
+    let hollow = further && hollow(family, ladder, &gain, taken.law);
+    let vetoed = !gain.held_out.is_empty() && (idle || hollow || (worse || misplaced) && !foretells());
+    (!vetoed).then_some(gain)
 }
 
 /// Whether a law changes what is foretold of held-out interactions by enough, where that is known well, for them to judge it.
-fn judged(family: &dyn Family, before: &Fit, after: &Fit, law: usize) -> bool {
+fn moved(family: &dyn Family, before: &Fit, after: &Fit, law: usize) -> bool {
     let kind = family.about(law);
     let (mut square, mut total) = (0.0, 0.0);
     for g in (0..family.groups().len()).filter(|g| family.groups()[*g].held_out) {

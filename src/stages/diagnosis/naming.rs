@@ -4,7 +4,6 @@
 use nalgebra::{Cholesky, DVector};
 
 use super::Config;
-use super::alike::may_be_form;
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
@@ -19,12 +18,10 @@ pub const NAMED: f64 = 8.0;
 const RIVAL: f64 = 5.0;
 /// What the amplitudes of a cause must be worth by themselves to be named, nats: two standard deviations.
 const SEEN: f64 = 2.0;
-/// By how much another law has to do better beside all other effects to take one's place, nats.
-const CLEARLY: f64 = 1.0;
 /// A null that a candidate's parameters make better by this had not converged, nats.
 const SLIP: f64 = 0.3;
 /// At most this many effects are taken up.
-const EFFECTS: usize = 3;
+pub(super) const EFFECTS: usize = 3;
 
 /// One effect that was taken up.
 #[derive(Clone, Debug)]
@@ -101,6 +98,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     };
     while climb.taken.len() < EFFECTS && climb.step() {}
     climb.keep_the_hoped_for();
+    climb.take_up_together();
     climb.drop_the_needless();
     climb.revise();
     climb.drop_the_misshapen();
@@ -108,46 +106,46 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
 }
 
 /// What the search has come to.
-struct Climb<'a> {
-    family: &'a dyn Family,
+pub(super) struct Climb<'a> {
+    pub(super) family: &'a dyn Family,
     /// The laws that may be named.
-    all: Vec<usize>,
-    plain: Fit,
-    full: Fit,
-    taken: Vec<Taken>,
-    untestable: Vec<usize>,
-    tried: Vec<(usize, f64)>,
+    pub(super) all: Vec<usize>,
+    pub(super) plain: Fit,
+    pub(super) full: Fit,
+    pub(super) taken: Vec<Taken>,
+    pub(super) untestable: Vec<usize>,
+    pub(super) tried: Vec<(usize, f64)>,
     /// The first effect does not foretell left-out interactions better by itself: only with a second one may it stay.
-    hoped: bool,
-    polishes: usize,
+    pub(super) hoped: bool,
+    pub(super) polishes: usize,
 }
 
 impl Climb<'_> {
-    fn cause(&self, law: usize) -> &'static str {
+    pub(super) fn cause(&self, law: usize) -> &'static str {
         self.family.laws()[law].cause
     }
 
     /// Score tests of the laws whose cause none of these effects has.
-    fn scored(&self, base: &Fit, beside: &[&Taken]) -> Vec<Scored> {
+    pub(super) fn scored(&self, base: &Fit, beside: &[&Taken]) -> Vec<Scored> {
         let causes: Vec<&str> = beside.iter().map(|t| self.cause(t.law)).collect();
         let open = |l: &usize| !causes.contains(&self.cause(*l));
         screen(self.family, base, self.all.iter().copied().filter(open))
     }
 
     /// Full fits of what is worth one beside `base`, best first.
-    fn found(&self, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
+    pub(super) fn found(&self, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
         let mut found = fitted(self.family, base, scored);
         found.retain(|c| !self.family.negligible(c.law, c.own(self.family)));
         found.sort_by(|a, b| self.rank(b.law, b.gain).total_cmp(&self.rank(a.law, a.gain)));
         found
     }
 
-    fn rank(&self, law: usize, gain: f64) -> f64 {
+    pub(super) fn rank(&self, law: usize, gain: f64) -> f64 {
         gain + self.family.head_start(law)
     }
 
     /// Takes up one effect, or finds a better null; false when nothing more is asked for.
-    fn step(&mut self) -> bool {
+    pub(super) fn step(&mut self) -> bool {
         let family = self.family;
         let beside: Vec<&Taken> = self.taken.iter().collect();
         let scored = self.scored(&self.full, &beside);
@@ -164,10 +162,8 @@ impl Climb<'_> {
             self.plain = self.full.clone();
             self.tried = found.iter().map(|c| (c.law, c.fit.objective)).collect();
         }
-        let form = |c: &Candidate| {
-            let taken = self.taken.iter().map(|t| (self.cause(t.law), t.gain));
-            may_be_form(self.cause(c.law), c.gain, taken)
-        };
+        let others: Vec<&Taken> = self.taken.iter().collect();
+        let form = |c: &Candidate| self.is_form((c.law, c.gain), &others, [&self.full, &c.fit]);
         let large = |c: &Candidate| {
             let least = if self.taken.is_empty() {
                 family.named_from(c.law)
@@ -176,7 +172,10 @@ impl Climb<'_> {
             };
             c.gain >= least && significance(family, c) >= SEEN
         };
-        let standing = found.iter().find(|c| c.stands() && !form(c)).filter(|c| large(c));
+        let standing = found
+            .iter()
+            .find(|c| c.stands() && (!large(c) || !form(c)))
+            .filter(|c| large(c));
         let hope = found.first().filter(|c| self.taken.is_empty() && large(c));
         let Some(best) = standing.or(hope) else {
             return false;
@@ -210,78 +209,6 @@ impl Climb<'_> {
         }
     }
 
-    /// Effects that the others made needless are dropped again.
-    fn drop_the_needless(&mut self) {
-        let mut k = 0;
-        while self.taken.len() > 1 && k < self.taken.len() {
-            let smaller = self.smaller(k);
-            // What a law that is also on could not be told from before, it has to be worth as much beside it.
-            let own = &self.taken[k];
-            let told = |t: &Taken| own.rivals.iter().any(|r| self.cause(r.law) == self.cause(t.law));
-            let mimicked = self.taken.iter().any(|t| t.law != own.law && told(t));
-            let needed = if mimicked { NAMED } else { 0.5 * NAMED };
-            if self.full.log_evidence - smaller.log_evidence < needed {
-                self.taken.remove(k);
-                self.full = smaller;
-                k = 0;
-            } else {
-                k += 1;
-            }
-        }
-    }
-
-    /// The model without one of its effects.
-    fn smaller(&self, k: usize) -> Fit {
-        let others = self.taken.iter().enumerate().filter(|(i, _)| *i != k);
-        let laws: Vec<usize> = others.map(|(_, t)| t.law).collect();
-        let start = without(self.family, &self.full, self.taken[k].law);
-        fit(self.family, &laws, &start, &self.full.noise, &self.plain.groups)
-    }
-
-    /// What an effect was named, and what else could be named in its place, was found while later effects were not yet
-    /// in the model: beside them another may do better.
-    fn revise(&mut self) {
-        let count = self.taken.len();
-        for k in (0..count).filter(|_| count > 1) {
-            let base = self.smaller(k);
-            let own = (self.taken[k].law, self.full.log_evidence - base.log_evidence);
-            let others: Vec<&Taken> = self
-                .taken
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| *i != k)
-                .map(|(_, t)| t)
-                .collect();
-            let scored = self.scored(&base, &others);
-            let found = self.found(&base, &scored);
-            let better = |c: &&Candidate| {
-                c.law != own.0 && c.stands() && self.rank(c.law, c.gain) > self.rank(own.0, own.1) + CLEARLY
-            };
-            let (revised, full) = match found.iter().find(better) {
-                Some(other) => (taken_up(other.law, other.gain, &found), other.fit.clone()),
-                None => (taken_up(own.0, own.1, &found), self.full.clone()),
-            };
-            self.taken[k] = revised;
-            self.full = full;
-        }
-    }
-
-    /// Beside the others an effect may turn out to be what the form of a larger one leaves.
-    fn drop_the_misshapen(&mut self) {
-        while let Some(k) = (0..self.taken.len()).find(|k| {
-            let own = &self.taken[*k];
-            let others = self.taken.iter().filter(|t| t.law != own.law);
-            may_be_form(
-                self.cause(own.law),
-                own.gain,
-                others.map(|t| (self.cause(t.law), t.gain)),
-            )
-        }) {
-            self.full = self.smaller(k);
-            self.taken.remove(k);
-        }
-    }
-
     fn finish(self) -> Ladder {
         let left = if self.taken.is_empty() {
             None
@@ -300,7 +227,7 @@ impl Climb<'_> {
 }
 
 /// An effect with the laws that do nearly as well in its place.
-fn taken_up(law: usize, gain: f64, found: &[Candidate]) -> Taken {
+pub(super) fn taken_up(law: usize, gain: f64, found: &[Candidate]) -> Taken {
     let near = |c: &&Candidate| c.law != law && c.gain > gain - RIVAL;
     let rival = |c: &Candidate| Rival {
         law: c.law,
@@ -343,18 +270,4 @@ fn significance(family: &dyn Family, candidate: &Candidate) -> f64 {
     };
     let amplitude = DVector::from_column_slice(&candidate.fit.theta[first..first + a]);
     0.5 * amplitude.dot(&(precision.view((0, 0), (a, a)) * &amplitude))
-}
-
-/// The parameters of a fit without those of one law.
-fn without(family: &dyn Family, fit: &Fit, law: usize) -> Vec<f64> {
-    let mut at = family.base().len();
-    let mut out = fit.theta[..at].to_vec();
-    for l in &fit.laws {
-        let n = family.laws()[*l].parameters.len();
-        if *l != law {
-            out.extend(&fit.theta[at..at + n]);
-        }
-        at += n;
-    }
-    out
 }

@@ -54,6 +54,13 @@ pub struct Scored {
     pub starts: Vec<Vec<f64>>,
 }
 
+impl Scored {
+    /// Whether a full fit may be worth it.
+    pub fn worth(&self) -> bool {
+        self.score > WORTH && !self.starts.is_empty()
+    }
+}
+
 /// Score (Lagrange multiplier) test of every law at every point of its grid.
 pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>) -> Vec<Scored> {
     let laws: Vec<usize> = laws.collect();
@@ -223,10 +230,7 @@ pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candida
     if loud(family, &base.noise) {
         levels.push(quiet(family, &base.noise));
     }
-    let mut kept: Vec<&Scored> = scored
-        .iter()
-        .filter(|s| s.score > WORTH && !s.starts.is_empty())
-        .collect();
+    let mut kept: Vec<&Scored> = scored.iter().filter(|s| s.worth()).collect();
     // What has no amplitude has no score that could place it behind others.
     let mut place = 0..;
     kept.retain(|s| place.next() < Some(FITTED) || family.laws()[s.law].amplitudes == 0);

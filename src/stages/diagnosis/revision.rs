@@ -1,0 +1,141 @@
+//! Looks again at the effects that were taken up: what shows only together, what others made needless, what is better
+//! named beside the others, and what is but the form of a larger one.
+
+use super::alike::{may_be_form, of_one_form};
+use super::evidence::{leave_one_out, paired};
+use super::family::Family;
+use super::fit::{Fit, fit};
+use super::naming::{Climb, EFFECTS, NAMED, Taken, taken_up};
+use super::screen::{Candidate, stands};
+use super::structure::left_over;
+use super::together::together;
+
+/// By how much another law has to do better beside all other effects to take one's place, nats.
+const CLEARLY: f64 = 1.0;
+
+impl Climb<'_> {
+    /// Where the effects leave something, two that only show together may do better.
+    pub(super) fn take_up_together(&mut self) {
+        let family = self.family;
+        if left_over(family, &self.plain, &self.full).is_none() {
+            return;
+        }
+        let Some(both) = together(family, &self.all, &self.plain) else {
+            return;
+        };
+        let causes: Vec<&str> = both.laws.iter().map(|l| self.cause(*l)).collect();
+        if of_one_form(&causes) {
+            return;
+        }
+        let [with, without] = [&both, &self.full].map(|f| leave_one_out(family, f));
+        if both.log_evidence < self.full.log_evidence + NAMED || !stands(paired(&with, &without)) {
+            return;
+        }
+        self.full = both;
+        let one = |law: &usize| Taken {
+            law: *law,
+            gain: f64::INFINITY,
+            rivals: Vec::new(),
+        };
+        self.taken = self.full.laws.iter().map(one).collect();
+        for k in 0..self.taken.len() {
+            self.taken[k].gain = self.full.log_evidence - self.smaller(k).log_evidence;
+        }
+        self.taken.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        while self.taken.len() < EFFECTS && self.step() {}
+    }
+
+    /// Whether a law is what the form of another effect leaves. Where with it nothing is left any more, it is less likely so: what a
+    /// form leaves is seldom the whole of another law.
+    pub(super) fn is_form(&self, (law, gain): (usize, f64), others: &[&Taken], [without, with]: [&Fit; 2]) -> bool {
+        let taken = || others.iter().map(|t| (self.cause(t.law), t.gain));
+        let whole = || {
+            let left = |fit: &Fit| left_over(self.family, &self.plain, fit).is_some();
+            left(without) && !left(with)
+        };
+        let form = |whole: bool| may_be_form(self.cause(law), gain, whole, taken());
+        form(false) && (form(true) || !whole())
+    }
+
+    /// Effects that the others made needless are dropped again.
+    pub(super) fn drop_the_needless(&mut self) {
+        let mut k = 0;
+        while self.taken.len() > 1 && k < self.taken.len() {
+            let smaller = self.smaller(k);
+            // What a law that is also on could not be told from before, it has to be worth as much beside it.
+            let own = &self.taken[k];
+            let told = |t: &Taken| own.rivals.iter().any(|r| self.cause(r.law) == self.cause(t.law));
+            let mimicked = self.taken.iter().any(|t| t.law != own.law && told(t));
+            let needed = if mimicked { NAMED } else { 0.5 * NAMED };
+            if self.full.log_evidence - smaller.log_evidence < needed {
+                self.taken.remove(k);
+                self.full = smaller;
+                k = 0;
+            } else {
+                k += 1;
+            }
+        }
+    }
+
+    /// The model without one of its effects.
+    fn smaller(&self, k: usize) -> Fit {
+        let others = self.taken.iter().enumerate().filter(|(i, _)| *i != k);
+        let laws: Vec<usize> = others.map(|(_, t)| t.law).collect();
+        let start = without(self.family, &self.full, self.taken[k].law);
+        fit(self.family, &laws, &start, &self.full.noise, &self.plain.groups)
+    }
+
+    /// What an effect was named, and what else could be named in its place, was found while later effects were not yet
+    /// in the model: beside them another may do better.
+    pub(super) fn revise(&mut self) {
+        let count = self.taken.len();
+        for k in (0..count).filter(|_| count > 1) {
+            let base = self.smaller(k);
+            let own = (self.taken[k].law, self.full.log_evidence - base.log_evidence);
+            let others: Vec<&Taken> = self
+                .taken
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != k)
+                .map(|(_, t)| t)
+                .collect();
+            let scored = self.scored(&base, &others);
+            let found = self.found(&base, &scored);
+            let better = |c: &&Candidate| {
+                c.law != own.0 && c.stands() && self.rank(c.law, c.gain) > self.rank(own.0, own.1) + CLEARLY
+            };
+            let (revised, full) = match found.iter().find(better) {
+                Some(other) => (taken_up(other.law, other.gain, &found), other.fit.clone()),
+                None => (taken_up(own.0, own.1, &found), self.full.clone()),
+            };
+            self.taken[k] = revised;
+            self.full = full;
+        }
+    }
+
+    /// Beside the others an effect may turn out to be what the form of a larger one leaves.
+    pub(super) fn drop_the_misshapen(&mut self) {
+        while let Some(k) = (0..self.taken.len()).find(|k| {
+            let own = &self.taken[*k];
+            let others: Vec<&Taken> = self.taken.iter().filter(|t| t.law != own.law).collect();
+            !others.is_empty() && self.is_form((own.law, own.gain), &others, [&self.smaller(*k), &self.full])
+        }) {
+            self.full = self.smaller(k);
+            self.taken.remove(k);
+        }
+    }
+}
+
+/// The parameters of a fit without those of one law.
+fn without(family: &dyn Family, fit: &Fit, law: usize) -> Vec<f64> {
+    let mut at = family.base().len();
+    let mut out = fit.theta[..at].to_vec();
+    for l in &fit.laws {
+        let n = family.laws()[*l].parameters.len();
+        if *l != law {
+            out.extend(&fit.theta[at..at + n]);
+        }
+        at += n;
+    }
+    out
+}

@@ -190,6 +190,11 @@ pub trait Family: Sync {
         false
     }
 
+    /// Whether neighbouring samples err freely of each other where the model is right: a hand that rings makes them not.
+    fn samples_are_free(&self) -> bool {
+        false
+    }
+
     /// Whether these experiments could show a law at all; else it is neither named nor a rival, but untestable.
     fn shows(&self, _law: usize) -> bool {
         true

@@ -22,6 +22,8 @@ pub struct Structure {
     pub on: Vec<&'static str>,
     /// Log evidence for it over the model without it, nats.
     pub gain: f64,
+    /// Among how many it is the best.
+    pub tries: usize,
 }
 
 /// Everything about a fit that the search needs, once.
@@ -44,10 +46,11 @@ pub fn structure(family: &dyn Family, fit: &Fit) -> Option<Structure> {
     let count = left.names.len();
     let alone = (0..count).map(|k| vec![k]);
     let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| vec![a, b]));
+    let tries = count * (count + 1) / 2;
     let all = alone.chain(pairs).filter_map(|on| {
         let gain = left.gain(&on)?;
         let on = on.iter().map(|k| left.names[*k]).collect();
-        Some(Structure { on, gain })
+        Some(Structure { on, gain, tries })
     });
     all.max_by(|a, b| a.gain.total_cmp(&b.gain))
 }
@@ -66,11 +69,9 @@ impl<'a> Left<'a> {
             (tangent, linear)
         };
         let groups: Vec<(Tangent, Linear)> = fit.groups.par_iter().map(of).collect();
-        let names: Vec<&'static str> = family.covariates(*fit.groups.first()?).iter().map(|c| c.0).collect();
-        let covariates = fit.groups.iter().map(|g| {
-            let own = family.covariates(*g);
-            own.into_iter().map(|c| c.2).collect::<Vec<_>>()
-        });
+        let all = |g: usize| family.covariates(g).into_iter().chain(family.besides(g));
+        let names: Vec<&'static str> = all(*fit.groups.first()?).map(|c| c.0).collect();
+        let covariates = fit.groups.iter().map(|g| all(*g).map(|c| c.2).collect::<Vec<_>>());
         let p = priors.len();
         let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
         let pull = priors

@@ -85,6 +85,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         .cloned()
         .collect();
     let (mut size, mut oracle) = (None, None);
+    let (mut struck, mut parted_from) = (None, None);
     if let ([cause], false) = (told.as_slice(), case.sort == Sort::Clean) {
         let knowing = only(vec![cause.clone()])?;
         size = knowing.effect_sizes.get(cause.as_str()).copied();
@@ -98,14 +99,15 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         let sizes = told.iter().filter_map(|c| knowing.effect_sizes.get(c.as_str()));
         smaller = (sizes.clone().count() == told.len()).then(|| sizes.fold(f64::INFINITY, |a, b| a.min(*b)));
     }
-    let mut struck = None;
-    if size.is_some_and(|d| d > 7.0) {
+    if let Some(d) = size.filter(|d| *d > 7.0) {
         let others = CAUSES
             .iter()
             .filter(|c| !told.iter().any(|t| t == *c))
             .map(|c| (*c).to_owned());
-        struck =
-            only(others.collect()).map(|d| names(&d.diagnosis).is_empty() || d.diagnosis.verdict != Verdict::Explained);
+        let without = only(others.collect())?;
+        struck = Some(names(&without.diagnosis).is_empty() || without.diagnosis.verdict != Verdict::Explained);
+        let nearest = without.effect_sizes.values().copied().fold(0.0, f64::max);
+        parted_from = Some(0.5 * (d * d - nearest * nearest));
     }
     Some(Seen {
         sort: case.sort,
@@ -115,6 +117,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         size,
         oracle,
         struck,
+        parted_from,
         visible,
         smaller,
         asked,

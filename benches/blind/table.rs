@@ -55,6 +55,9 @@ const ALIASES: &[&[&str]] = &[
     &["support-compliance", "length-scale", "tracking-error"],
 ];
 
+/// Log-likelihood, nats, by which another cause has to fit worse for its misfit to be visible.
+const MISFIT: f64 = 5.0;
+
 /// One case, judged.
 pub struct Seen {
     pub sort: Sort,
@@ -67,6 +70,8 @@ pub struct Seen {
     pub oracle: Option<f64>,
     /// With the true cause struck from the list: no name, or not one that stands alone.
     pub struck: Option<bool>,
+    /// By how much the true cause fits better than any single other does, nats.
+    pub parted_from: Option<f64>,
     /// Of a pair: a diagnosis that was told both causes, and no other, names both.
     pub visible: Option<bool>,
     /// Of a pair: the smaller of the two effect sizes, each over the plain model; nothing where one is not fitted by likelihood.
@@ -230,6 +235,12 @@ pub fn print_table(all: &[Seen]) {
     );
     let struck: Vec<bool> = all.iter().filter_map(|s| s.struck).collect();
     share("true cause struck, d' above 7: no sure name", ">= 0.8", &struck);
+    let seen = |s: &&Seen| s.parted_from.is_some_and(|nats| nats > MISFIT);
+    share(
+        "  of those where no other cause fits within 5 nats of it",
+        "-",
+        &all.iter().filter(seen).filter_map(|s| s.struck).collect::<Vec<_>>(),
+    );
     let both = |s: &Seen| s.causes.iter().all(|c| s.named.iter().flatten().any(|n| n == c));
     share(
         "two effects, both among the names",

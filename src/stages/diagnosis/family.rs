@@ -162,13 +162,21 @@ pub struct Sheet {
     pub laws: Vec<Law>,
 }
 
+/// Name, unit, and values over all channels of a group, NaN where not defined.
+pub type Covariate = (&'static str, &'static str, Vec<f64>);
+
 /// A kind of experiment with its plain model and its laws.
 pub trait Family: Sync {
     fn sheet(&self) -> &Sheet;
     /// All channels of a group, one after the other.
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64>;
-    /// Covariates of a group's samples, for profiles: name, unit, values over all channels (NaN where not defined).
-    fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)>;
+    /// Covariates of a group's samples, for profiles.
+    fn covariates(&self, group: usize) -> Vec<Covariate>;
+
+    /// Covariates beside those, of which it is only asked whether what named causes leave depends on them.
+    fn besides(&self, _group: usize) -> Vec<Covariate> {
+        Vec::new()
+    }
 
     /// The kind of channel that a law is about, on which its gain is measured.
     fn about(&self, _law: usize) -> usize {
@@ -187,6 +195,11 @@ pub trait Family: Sync {
 
     /// Whether held-out interactions pass the same places as the fitted ones.
     fn passes_all_places(&self) -> bool {
+        false
+    }
+
+    /// Whether neighbouring samples err freely of each other where the model is right: a hand that rings makes them not.
+    fn samples_are_free(&self) -> bool {
         false
     }
 

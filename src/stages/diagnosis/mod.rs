@@ -23,6 +23,7 @@ mod joint_numbers;
 mod joint_paths;
 mod joint_told;
 mod joints;
+mod leftover;
 mod levels;
 mod loads;
 mod marginal;

@@ -1,6 +1,8 @@
 //! The motions of a joint, read block by block.
 
 use super::family::Scatter;
+use super::motion_laws::Moved;
+use super::motions::Motions;
 use crate::capture::{Capture, Interaction, Segmented, position_noise};
 use crate::math::{median, quantile};
 use crate::stages::estimation::{JointLoad, joint_loads};
@@ -102,4 +104,12 @@ pub(super) fn scatter_of(lever: f64) -> Vec<Scatter> {
         of(0.015, 10.0, 0.004, false, 1e-4),
         of(0.003 * lever, 10.0, 0.003 * lever, true, 1e-4 * lever),
     ]
+}
+
+impl Motions {
+    /// Values of a group's samples while it moves.
+    pub(super) fn told(&self, group: usize, value: &dyn Fn(&Moved) -> f64) -> Vec<f64> {
+        let each = self.moments[group].iter();
+        each.map(|m| if m.still { f64::NAN } else { value(m) }).collect()
+    }
 }

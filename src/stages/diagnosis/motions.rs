@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 
 use super::asking::Imagined;
-use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Sheet};
+use super::family::{Active, Channel, ChannelKind, Covariate, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::marginal::weights;
@@ -382,18 +382,16 @@ impl Family for Motions {
         self.counted_from
     }
 
-    fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
-        let of = |value: &dyn Fn(&Moved) -> f64| {
-            let each = self.moments[group]
-                .iter()
-                .map(|m| if m.still { f64::NAN } else { value(m) });
-            each.collect::<Vec<f64>>()
-        };
+    fn covariates(&self, group: usize) -> Vec<Covariate> {
         let units = if self.turns { ["rad", "rad/s"] } else { ["m", "m/s"] };
         vec![
-            ("joint position", units[0], of(&|m| m.position)),
-            ("joint speed", units[1], of(&|m| m.speed.abs())),
-            ("time since the capture began", "s", of(&|m| m.time)),
+            ("joint position", units[0], self.told(group, &|m| m.position)),
+            ("joint speed", units[1], self.told(group, &|m| m.speed.abs())),
+            ("time since the capture began", "s", self.told(group, &|m| m.time)),
         ]
+    }
+
+    fn besides(&self, group: usize) -> Vec<Covariate> {
+        vec![("direction of the motion", "1", self.told(group, &|m| m.speed.signum()))]
     }
 }

@@ -7,9 +7,9 @@ use super::Config;
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
+use super::leftover::left_over;
 use super::marginal::Noise;
 use super::screen::{Candidate, Scored, fitted, polished, screen, stands};
-use super::structure::left_over;
 use crate::twin::Evidence;
 
 /// Log evidence over the plain model, nats, from which on a cause is named, unless a family knows better; and beside others.

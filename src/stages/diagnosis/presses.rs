@@ -284,6 +284,10 @@ impl Family for Presses {
         slight(self.sheet.laws[law].form, values)
     }
 
+    fn samples_are_free(&self) -> bool {
+        true
+    }
+
     /// Where the law of the spring itself is another; what it holds beside that is how its presses are read.
     fn levels(&self, fit: &Fit) -> Vec<Level> {
         let curved = [

@@ -5,9 +5,9 @@ use super::alike::{may_be_form, of_one_form};
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
+use super::leftover::left_over;
 use super::naming::{Climb, EFFECTS, NAMED, Taken, taken_up};
 use super::screen::{Candidate, stands};
-use super::structure::left_over;
 use super::together::together;
 
 /// By how much another law has to do better beside all other effects to take one's place, nats.

@@ -5,12 +5,9 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::Quantity;
 use super::family::Family;
 use super::fit::{Fit, parameters};
 use super::marginal::{Linear, Point, Tangent, whitened};
-use crate::math::chi_squared_tail;
-use crate::twin::Evidence;
 
 /// Gaussians along one covariate; along each of two.
 const ALONE: usize = 10;
@@ -18,105 +15,15 @@ const TOGETHER: usize = 5;
 /// Standard deviations of a Gaussian's height that are tried, in units of the noise.
 const HEIGHTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
-/// Noise over that at rest, and the share of the plain model's excess variance, that a whole explanation does not leave;
-/// scatter between interactions over the usual.
-const NOISY: (f64, f64) = (1.25, 0.1);
-const SCATTERED: f64 = 3.0;
-/// Positions that are missed by less are as near as a reconstructed shape is good for, m.
-const NEAR: f64 = 5e-4;
-/// Log evidence of a smooth dependence that a whole explanation does not leave, nats, and as a share of its own gain:
-/// nature's form is a little another than the law's.
-const SMOOTH: (f64, f64) = (8.0, 0.015);
-
 /// A smooth dependence of what is left on one covariate or on two.
 #[derive(Clone, Debug)]
-struct Structure {
+pub struct Structure {
     /// The covariates, by name.
-    on: Vec<&'static str>,
+    pub on: Vec<&'static str>,
     /// Log evidence for it over the model without it, nats.
-    gain: f64,
-}
-
-/// What the named causes do not explain: noise or scatter far above what rest and repeats show, or a smooth dependence. A
-/// cause that only mimics the true one leaves some of it; in 23 blind cases of the lab whose true cause was struck from
-/// the list 19 either got no name or left this, of 22 that were named rightly three.
-pub fn left_over(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
-    noisy(family, plain, full)
-        .or_else(|| scattered(family, full))
-        .or_else(|| smooth(family, plain, full))
-}
-
-fn evidence(residual: &str, test: &str, (statistic, p_value): (f64, f64), words: String) -> Evidence {
-    Evidence {
-        residual: residual.into(),
-        test: test.into(),
-        statistic,
-        p_value,
-        words,
-    }
-}
-
-fn noisy(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
-    let over = |fit: &Fit, kind: usize| fit.noise.sigma[kind] / family.kinds()[kind].sigma;
-    let excess = |fit: &Fit, kind: usize| (over(fit, kind).powi(2) - 1.0).max(0.0);
-    // A channel that no named cause is about may be missed for a reason of its own.
-    let about = |kind: usize| full.laws.iter().any(|l| family.about(*l) == kind);
-    let near = |kind: usize| {
-        let place = matches!(family.kinds()[kind].quantity, Quantity::Position | Quantity::Flight);
-        place && full.noise.sigma[kind] < NEAR
-    };
-    let kinds =
-        (0..family.kinds().len()).filter(|k| about(*k) && !near(*k) && excess(full, *k) > NOISY.1 * excess(plain, *k));
-    let all = kinds.map(|k| (k, over(full, k)));
-    let (kind, ratio) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, r)| *r > NOISY.0)?;
-    let channels = full.groups.iter().flat_map(|g| &family.groups()[*g].channels);
-    let own = channels.filter(|c| c.kind == kind);
-    // Neighbouring samples tell less than as many that are free of each other.
-    let free = (1.0 - full.noise.rho[kind]) / (1.0 + full.noise.rho[kind]);
-    let n = own.map(|c| c.measured.len()).sum::<usize>() as f64 * free;
-    let quantity = family.kinds()[kind].quantity.name();
-    Some(evidence(
-        &format!("{quantity} over all interactions"),
-        "noise over that at rest",
-        (ratio, chi_squared_tail(n * ratio * ratio, n)),
-        format!(
-            "what is left of the {quantity} scatters {ratio:.1} times as much as at rest: the causes named are not the whole"
-        ),
-    ))
-}
-
-fn scattered(family: &dyn Family, full: &Fit) -> Option<Evidence> {
-    // Where a surface begins and a tare are new every time, whatever the causes are.
-    let levels = family
-        .scatter()
-        .iter()
-        .zip(&full.noise.tau)
-        .filter(|(s, _)| !s.nuisance);
-    let ratios = levels.map(|(s, tau)| tau / s.tau);
-    let ratio = ratios.max_by(f64::total_cmp).filter(|r| *r > SCATTERED)?;
-    let n = full.groups.len() as f64;
-    Some(evidence(
-        "level of each interaction",
-        "scatter between interactions over the usual",
-        (ratio, chi_squared_tail(n * ratio * ratio, n)),
-        format!(
-            "interactions still differ {ratio:.1} times as much as repeats usually do: the causes named are not the whole"
-        ),
-    ))
-}
-
-fn smooth(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
-    let left = structure(family, full)?;
-    let allowed = SMOOTH.0.max(SMOOTH.1 * (full.objective - plain.objective));
-    (left.gain > allowed).then(|| {
-        let on = left.on.join(" and ");
-        evidence(
-            &format!("force against {on}"),
-            "log evidence of a smooth dependence without a name",
-            (left.gain, (-left.gain).exp()),
-            format!("what is left still depends on {on}: the causes named are not the whole"),
-        )
-    })
+    pub gain: f64,
+    /// Among how many it is the best.
+    pub tries: usize,
 }
 
 /// Everything about a fit that the search needs, once.
@@ -134,15 +41,16 @@ struct Left<'a> {
 /// The smooth dependence that gains most, if the family has covariates.
 ///
 /// Linear about the fit: no interaction is simulated anew. What parameters or random effects can take up is no structure.
-fn structure(family: &dyn Family, fit: &Fit) -> Option<Structure> {
+pub fn structure(family: &dyn Family, fit: &Fit) -> Option<Structure> {
     let left = Left::of(family, fit)?;
     let count = left.names.len();
     let alone = (0..count).map(|k| vec![k]);
     let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| vec![a, b]));
+    let tries = count * (count + 1) / 2;
     let all = alone.chain(pairs).filter_map(|on| {
         let gain = left.gain(&on)?;
         let on = on.iter().map(|k| left.names[*k]).collect();
-        Some(Structure { on, gain })
+        Some(Structure { on, gain, tries })
     });
     all.max_by(|a, b| a.gain.total_cmp(&b.gain))
 }
@@ -161,11 +69,9 @@ impl<'a> Left<'a> {
             (tangent, linear)
         };
         let groups: Vec<(Tangent, Linear)> = fit.groups.par_iter().map(of).collect();
-        let names: Vec<&'static str> = family.covariates(*fit.groups.first()?).iter().map(|c| c.0).collect();
-        let covariates = fit.groups.iter().map(|g| {
-            let own = family.covariates(*g);
-            own.into_iter().map(|c| c.2).collect::<Vec<_>>()
-        });
+        let all = |g: usize| family.covariates(g).into_iter().chain(family.besides(g));
+        let names: Vec<&'static str> = all(*fit.groups.first()?).map(|c| c.0).collect();
+        let covariates = fit.groups.iter().map(|g| all(*g).map(|c| c.2).collect::<Vec<_>>());
         let p = priors.len();
         let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
         let pull = priors

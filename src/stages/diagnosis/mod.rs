@@ -55,6 +55,7 @@ mod push_plane;
 mod push_ringing;
 mod push_states;
 mod push_touches;
+mod push_windows;
 mod pushes;
 mod rolls;
 mod rubbing;

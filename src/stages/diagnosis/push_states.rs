@@ -261,7 +261,9 @@ fn moments(
             before = *t;
         }
         let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual && slowly;
-        let contact = within && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
+        // Where the force came up before the plain model has the tool there, it foretells none.
+        let foretold = moment.force.norm() > 0.0;
+        let contact = within && foretold && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
         let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;

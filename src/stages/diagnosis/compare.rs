@@ -54,6 +54,9 @@ fn squared_doubt(curve: &Curve, doubt: Option<&Vec<f64>>) -> f64 {
 /// Seconds over which forces are averaged before they are judged: a stiff finger chatters on dry friction,
 /// which a quasi-static prediction neither has nor needs.
 const BLOCK: f64 = 0.25;
+/// Seconds for which a soft finger swings against the mass that it has just met: over all of them its force is on the average
+/// what the mass rubs with, over a block of them it is not.
+const SWINGS: f64 = 0.75;
 
 /// Curves of which forces are averaged over blocks.
 fn smoothed(trace: &Trace) -> Trace {
@@ -77,18 +80,28 @@ fn smoothed(trace: &Trace) -> Trace {
     out
 }
 
-/// Rows that can be compared, by blocks of time.
+/// Rows that can be compared, by blocks of time. All blocks in which the finger may still swing from its blow have the rows of
+/// all of them.
 fn blocks(curve: &Curve) -> Vec<Vec<usize>> {
     let mut blocks: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
-    for i in 0..curve.predicted.len() {
-        if curve.measured[i].is_finite() && curve.predicted[i].is_finite() {
-            blocks
-                .entry((curve.time[i] / BLOCK).floor() as i64)
-                .or_default()
-                .push(i);
-        }
+    let known = |i: &usize| curve.measured[*i].is_finite() && curve.predicted[*i].is_finite();
+    let touches = |i: &usize| known(i) && curve.predicted[*i] != 0.0;
+    let met = (0..curve.predicted.len()).find(touches).map(|i| curve.time[i]);
+    let swings = |t: f64| met.is_some_and(|met| (met..met + SWINGS).contains(&t));
+    for i in (0..curve.predicted.len()).filter(known) {
+        let (block, swinging) = (
+            (curve.time[i] / BLOCK).floor() as i64,
+            swings(curve.time[i]) && touches(&i),
+        );
+        blocks.entry(2 * block + i64::from(swinging)).or_default().push(i);
     }
-    blocks.into_values().filter(|rows| rows.len() > 3).collect()
+    let (swinging, others): (Vec<_>, Vec<_>) = blocks
+        .into_iter()
+        .filter(|(_, rows)| rows.len() > 3)
+        .partition(|(key, _)| key % 2 == 1);
+    let all: Vec<usize> = swinging.iter().flat_map(|(_, rows)| rows.iter().copied()).collect();
+    let others = others.into_iter().map(|(_, rows)| rows);
+    swinging.iter().map(|_| all.clone()).chain(others).collect()
 }
 
 fn gather<'a>(traces: impl Iterator<Item = &'a Trace>) -> BTreeMap<Quantity, Sums> {

@@ -56,6 +56,7 @@ mod push_plane;
 mod push_ringing;
 mod push_states;
 mod push_touches;
+mod push_windows;
 mod pushes;
 mod revision;
 mod rolls;

@@ -8,6 +8,7 @@ use super::predict::Scene;
 use super::push_history::History;
 use super::push_motion::{Motion, approach, impact, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
+use super::push_windows::windows;
 use super::rubbing::rubbing;
 use crate::capture::Interaction;
 use crate::math::median;
@@ -260,7 +261,9 @@ fn moments(
             before = *t;
         }
         let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual && slowly;
-        let contact = within && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
+        // Where the force came up before the plain model has the tool there, it foretells none.
+        let foretold = moment.force.norm() > 0.0;
+        let contact = within && foretold && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
         let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;
@@ -322,71 +325,4 @@ pub fn doubts(states: &[State], spread: &[f64], kind: usize) -> Vec<f64> {
         own.hypot(s.ringing).hypot(HURRIED * s.inertia).hypot(*spread)
     };
     states.iter().zip(spread).map(doubt).collect()
-}
-
-/// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
-pub const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
-/// Width of the windows after that, m.
-pub const WIDTH: f64 = 8e-3;
-
-/// Readings of a window whose mean has the noise that is taken for all.
-pub const USUAL: f64 = 9.0;
-
-/// Which window a moment falls into.
-fn window(s: &State, i: usize) -> usize {
-    if !s.contact {
-        return i / 25;
-    }
-    let fine = EDGES.iter().filter(|e| s.slip >= **e).count();
-    let coarse = ((s.slip - EDGES[EDGES.len() - 1]) / WIDTH).max(0.0) as usize;
-    1000 + fine + coarse
-}
-
-/// States and forces averaged over windows of slip, and of time at rest, with the standard deviation of each mean.
-fn windows(
-    states: &[State],
-    measured: &[Vector2<f64>],
-    along: &Vector2<f64>,
-    noise: f64,
-) -> (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) {
-    let mut out: (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) = Default::default();
-    let mut from = 0;
-    while from < states.len() {
-        let key = window(&states[from], from);
-        let to = (from..states.len())
-            .find(|i| window(&states[*i], *i) != key)
-            .unwrap_or(states.len());
-        let n = (to - from) as f64;
-        let mean = |of: &dyn Fn(&State) -> f64| states[from..to].iter().map(of).sum::<f64>() / n;
-        let force = measured[from..to].iter().sum::<Vector2<f64>>() / n;
-        let middle = &states[from + (to - from) / 2];
-        let off = |m: &Vector2<f64>| (m - force).norm_squared();
-        let spread = measured[from..to].iter().map(off).sum::<f64>() / n;
-        out.0.push(State {
-            time: mean(&|s| s.time),
-            since: mean(&|s| s.since),
-            span: states[to - 1].time - states[from].time,
-            slip: mean(&|s| s.slip),
-            worn: mean(&|s| s.worn),
-            speed: mean(&|s| s.speed),
-            turned: mean(&|s| s.turned),
-            inertia: mean(&|s| s.inertia),
-            loaded: mean(&|s| s.loaded),
-            ringing: mean(&|s| s.ringing),
-            phases: [mean(&|s| s.phases[0]), mean(&|s| s.phases[1])],
-            force: states[from..to].iter().map(|s| s.force).sum::<Vector2<f64>>() / n,
-            ..middle.clone()
-        });
-        // The size of the mean force: noise across the push adds nothing to it.
-        let size = measured[from..to].iter().map(|m| m.norm()).sum::<f64>() / n;
-        let direction = force.try_normalize(1e-9).unwrap_or(*along);
-        out.1.push(if middle.contact { direction * size } else { force });
-        // Neighbouring readings ring together; at rest a window of a few has the noise of a few.
-        let ringing = 3.0 * spread / n;
-        let few = noise * noise * (1.0 / n - 1.0 / USUAL);
-        let variance = if middle.contact { ringing } else { ringing.max(few) };
-        out.2.push(variance.sqrt());
-        from = to;
-    }
-    out
 }

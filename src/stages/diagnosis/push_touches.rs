@@ -4,7 +4,8 @@ use nalgebra::{Point3, UnitQuaternion, Vector2, Vector3};
 
 use super::asking::Imagined;
 use super::family::{Channel, Group};
-use super::push_states::{EDGES, RINGING, State, WIDTH, doubts};
+use super::push_states::{RINGING, State, doubts};
+use super::push_windows::{EDGES, WIDTH};
 use super::pushes::Pushes;
 use crate::math::{median, quantile};
 use crate::stages::estimation::{PushLine, push_lines};

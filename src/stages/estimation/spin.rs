@@ -123,6 +123,8 @@ const FORM: f64 = 0.04;
 /// Doubt of the centre of mass beyond what the pushes leave, as a share of what the shape leaves open: the pressure is not
 /// quite even, and how high the centre lies is guessed.
 const CENTRE: f64 = 0.02;
+/// Standard deviations from what was known of the centre, a quarter of what the shape leaves open among it, beyond which it is none.
+const ASTRAY: f64 = 4.0;
 /// Share of the prior's doubt of the yaw inertia below which it counts as measured.
 const TOLD: f64 = 0.5;
 
@@ -259,7 +261,9 @@ fn write_centre(
     });
     let better = (0..3).filter(|k| flat(*k)).any(|k| sd[k] < before[k]);
     let pinned = (0..3).filter(|k| flat(*k)).all(|k| sd[k] < 0.5 * spread[k]);
-    if !(better && pinned) {
+    // Pushes that draw it far from what was known of it were disturbed by something else, and what they say is none of it.
+    let astray = |k: usize| (fit.x[7 + k] - known.value[k]).abs() > ASTRAY * before[k].hypot(0.25 * spread[k]);
+    if !(better && pinned) || (0..3).filter(|k| flat(*k)).any(astray) {
         return;
     }
     // What was known before is not given up where it was better.

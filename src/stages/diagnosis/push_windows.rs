@@ -1,0 +1,113 @@
+//! A push averaged over windows of slip, and how well each mean is known.
+
+use nalgebra::Vector2;
+
+use super::push_states::State;
+
+/// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
+pub const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
+/// Width of the windows after that, m.
+pub const WIDTH: f64 = 8e-3;
+
+/// Readings of a window whose mean has the noise that is taken for all.
+pub const USUAL: f64 = 9.0;
+
+/// Which window a moment falls into.
+fn window(s: &State, i: usize) -> usize {
+    if !s.contact {
+        return i / 25;
+    }
+    let fine = EDGES.iter().filter(|e| s.slip >= **e).count();
+    let coarse = ((s.slip - EDGES[EDGES.len() - 1]) / WIDTH).max(0.0) as usize;
+    1000 + fine + coarse
+}
+
+/// Windows from which on, with so many readings each, a push tells how its readings go together.
+const TELL: (u32, f64) = (3, 8.0);
+/// By how much more, squared, the mean of readings scatters that ring together than that of free ones. Readings alternate where it
+/// comes out below the second; below the third nothing is believed, for a few windows tell it badly.
+const RING: f64 = 3.0;
+const ALTERNATE: f64 = 0.7;
+const LEAST: f64 = 0.3;
+
+/// By how much more, squared, the mean over a settled window of a push scatters than it would were its readings free of each
+/// other: less than once where they alternate, as the force of a finger does that sticks and slips, for whole swings leave
+/// no trace in the mean. Told by how far the two halves of each window are apart.
+fn correlated(states: &[State], measured: &[Vector2<f64>]) -> f64 {
+    let (mut apart, mut free, mut count) = (0.0, 0.0, 0_u32);
+    let mut from = 0;
+    while from < states.len() {
+        let key = window(&states[from], from);
+        let to = (from..states.len())
+            .find(|i| window(&states[*i], *i) != key)
+            .unwrap_or(states.len());
+        let sizes: Vec<f64> = measured[from..to].iter().map(|m| m.norm()).collect();
+        let n = sizes.len() as f64;
+        let settled = states[from].contact && states[from].slip > EDGES[EDGES.len() - 1];
+        if settled && n >= TELL.1 {
+            let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+            let (all, [first, last]) = (mean(&sizes), [&sizes[..sizes.len() / 2], &sizes[sizes.len() / 2..]]);
+            apart += 0.25 * (mean(first) - mean(last)).powi(2);
+            free += sizes.iter().map(|s| (s - all).powi(2)).sum::<f64>() / (n * n);
+            count += 1;
+        }
+        from = to;
+    }
+    if count < TELL.0 {
+        return RING;
+    }
+    // As many windows tell the ratio to about this share of it.
+    let told = (1.0 + 2.0 / f64::from(count)) * apart / free.max(1e-300);
+    if told < ALTERNATE { told.max(LEAST) } else { RING }
+}
+
+/// States and forces averaged over windows of slip, and of time at rest, with the standard deviation of each mean.
+pub(super) fn windows(
+    states: &[State],
+    measured: &[Vector2<f64>],
+    along: &Vector2<f64>,
+    noise: f64,
+) -> (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) {
+    let mut out: (Vec<State>, Vec<Vector2<f64>>, Vec<f64>) = Default::default();
+    let correlated = correlated(states, measured);
+    let mut from = 0;
+    while from < states.len() {
+        let key = window(&states[from], from);
+        let to = (from..states.len())
+            .find(|i| window(&states[*i], *i) != key)
+            .unwrap_or(states.len());
+        let n = (to - from) as f64;
+        let mean = |of: &dyn Fn(&State) -> f64| states[from..to].iter().map(of).sum::<f64>() / n;
+        let force = measured[from..to].iter().sum::<Vector2<f64>>() / n;
+        let middle = &states[from + (to - from) / 2];
+        let off = |m: &Vector2<f64>| (m - force).norm_squared();
+        let spread = measured[from..to].iter().map(off).sum::<f64>() / n;
+        out.0.push(State {
+            time: mean(&|s| s.time),
+            since: mean(&|s| s.since),
+            span: states[to - 1].time - states[from].time,
+            slip: mean(&|s| s.slip),
+            worn: mean(&|s| s.worn),
+            speed: mean(&|s| s.speed),
+            turned: mean(&|s| s.turned),
+            inertia: mean(&|s| s.inertia),
+            loaded: mean(&|s| s.loaded),
+            ringing: mean(&|s| s.ringing),
+            phases: [mean(&|s| s.phases[0]), mean(&|s| s.phases[1])],
+            force: states[from..to].iter().map(|s| s.force).sum::<Vector2<f64>>() / n,
+            ..middle.clone()
+        });
+        // The size of the mean force: noise across the push adds nothing to it.
+        let size = measured[from..to].iter().map(|m| m.norm()).sum::<f64>() / n;
+        let direction = force.try_normalize(1e-9).unwrap_or(*along);
+        out.1.push(if middle.contact { direction * size } else { force });
+        // Neighbouring readings ring together; at rest a window of a few has the noise of a few.
+        let settled = middle.contact && middle.slip > EDGES[EDGES.len() - 1];
+        let ringing = if settled { correlated } else { RING } * spread / n;
+        let few = noise * noise * (1.0 / n - 1.0 / USUAL);
+        let variance = if middle.contact { ringing } else { ringing.max(few) };
+        out.2.push(variance.sqrt());
+        from = to;
+    }
+    out
+}

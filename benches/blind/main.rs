@@ -85,7 +85,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         .cloned()
         .collect();
     let (mut size, mut oracle) = (None, None);
-    let (mut struck, mut parted_from) = (None, None);
+    let (mut struck, mut declared, mut parted_from) = (None, None, None);
     if let ([cause], false) = (told.as_slice(), case.sort == Sort::Clean) {
         let knowing = only(vec![cause.clone()])?;
         size = knowing.effect_sizes.get(cause.as_str()).copied();
@@ -105,7 +105,16 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
             .filter(|c| !told.iter().any(|t| t == *c))
             .map(|c| (*c).to_owned());
         let without = only(others.collect())?;
-        struck = Some(names(&without.diagnosis).is_empty() || without.diagnosis.verdict != Verdict::Explained);
+        let named = names(&without.diagnosis);
+        struck = Some(named.is_empty() || without.diagnosis.verdict != Verdict::Explained);
+        // The whole catalogue tells both, as what these data cannot part.
+        let sets = names(&run.diagnosis);
+        let beside = |mimic: &String| {
+            let both = |n: &&Vec<String>| n.contains(mimic) && told.iter().all(|t| n.contains(t));
+            sets.iter().any(|n| both(&n))
+        };
+        let mimic = named.first().and_then(|n| n.first());
+        declared = struck.map(|unsure| unsure || mimic.is_some_and(beside));
         let nearest = without.effect_sizes.values().copied().fold(0.0, f64::max);
         parted_from = Some(0.5 * (d * d - nearest * nearest));
     }
@@ -117,6 +126,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         size,
         oracle,
         struck,
+        declared,
         parted_from,
         visible,
         smaller,

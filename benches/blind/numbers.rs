@@ -50,7 +50,10 @@ pub fn held(findings: &[Finding], cause: &str, truth: &BTreeMap<String, f64>) ->
     };
     let of = |(name, e): (&String, &palpate::base::Estimate)| {
         let (value, [low, high]) = (hidden(cause, name, truth)?, e.ci95?);
-        Some((format!("{cause} {name}"), low <= value && value <= high))
+        let within = |value: f64| low <= value && value <= high;
+        // Which way round a joint counts is free, and the cosine goes with it.
+        let mirrored = name == "gc" && within(-value);
+        Some((format!("{cause} {name}"), within(value) || mirrored))
     };
     finding.parameters.iter().filter_map(of).collect()
 }

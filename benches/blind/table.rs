@@ -70,6 +70,8 @@ pub struct Seen {
     pub oracle: Option<f64>,
     /// With the true cause struck from the list: no name, or not one that stands alone.
     pub struck: Option<bool>,
+    /// That, or the name is one that the whole catalogue tells beside the true cause.
+    pub declared: Option<bool>,
     /// By how much the true cause fits better than any single other does, nats.
     pub parted_from: Option<f64>,
     /// Of a pair: a diagnosis that was told both causes, and no other, names both.
@@ -89,7 +91,7 @@ pub struct Seen {
 
 impl Seen {
     pub fn line(&self, number: u64) -> String {
-        let size = self.size.map_or("-".into(), |d| format!("{d:.1}"));
+        let size = self.size.or(self.smaller).map_or("-".into(), |d| format!("{d:.1}"));
         let hidden = if self.causes.is_empty() {
             "nothing".into()
         } else {
@@ -235,6 +237,11 @@ pub fn print_table(all: &[Seen]) {
     );
     let struck: Vec<bool> = all.iter().filter_map(|s| s.struck).collect();
     share("true cause struck, d' above 7: no sure name", ">= 0.8", &struck);
+    share(
+        "  or a name that the whole catalogue tells beside the true one",
+        ">= 0.8",
+        &all.iter().filter_map(|s| s.declared).collect::<Vec<_>>(),
+    );
     let seen = |s: &&Seen| s.parted_from.is_some_and(|nats| nats > MISFIT);
     share(
         "  of those where no other cause fits within 5 nats of it",

@@ -19,8 +19,8 @@ const RENEWED: f64 = 5.0;
 const NEAR: f64 = 5e-4;
 /// Log evidence of a smooth dependence that a whole explanation does not leave, nats, where one is tried, and as a share of its own
 /// gain: nature's form is a little another than the law's. The best of many tries gains more by chance: of 160 blind cases that
-/// were named rightly and called explained none came to both.
-const SMOOTH: (f64, f64) = (4.5, 0.015);
+/// were named rightly and called explained none came to both; of 20 joints in MuJoCo a detent to 0.017 of its own.
+const SMOOTH: (f64, f64) = (4.5, 0.02);
 
 /// Neighbours of which means are taken.
 const BLOCK: usize = 6;

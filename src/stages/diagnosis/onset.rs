@@ -36,7 +36,7 @@ const TOGETHER: f64 = 0.08;
 /// Least standard deviation of one push, and scatter from push to push, m.
 pub(super) const FLOOR: f64 = 3e-5;
 /// Doubt of the way, as a share, since bristles may bend by another curve than in proportion.
-const FORM: f64 = 0.1;
+const FORM: f64 = 0.15;
 /// Fewest pushes, standard deviations, and the least way that is more than rounding of dry friction, m.
 const FEWEST: usize = 3;
 const CLEAR: f64 = 5.0;

@@ -20,7 +20,10 @@ impl Climb<'_> {
         if left_over(family, &self.plain, &self.full).is_none() {
             return;
         }
-        let Some(both) = together(family, &self.all, &self.plain) else {
+        // A sensor that is off in one way or another feigns what the form of a law leaves.
+        let physical = self.all.iter().copied();
+        let physical: Vec<usize> = physical.filter(|l| family.laws()[*l].place != "sensor").collect();
+        let Some(both) = together(family, &physical, &self.plain) else {
             return;
         };
         let causes: Vec<&str> = both.laws.iter().map(|l| self.cause(*l)).collect();

@@ -122,8 +122,10 @@ fn judged(
         let held: Vec<usize> = (0..family.groups().len())
             .filter(|g| family.groups()[*g].held_out)
             .collect();
-        let x = paired(&foretold(family, after, &held), &foretold(family, before, &held));
-        stands(x)
+        stands(paired(
+            &foretold(family, after, &held),
+            &foretold(family, before, &held),
+        ))
     };
     // Motions that all pass the place have to be foretold better by it, where they can tell.
     let undoubted = if first { BEYOND_DOUBT.0 } else { BEYOND_DOUBT.1 };

@@ -55,7 +55,10 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             .map_or(1.0, |o| o.probability);
         let first = out.is_empty();
         let cumulative = judged(family, ladder, (taken, first), [&before, &after]);
-        let Some(gain) = cumulative.or_else(|| beside_all(family, ladder, (taken, first))) else {
+        // While another effect is not in the model, what is foretold may be no better, and says nothing of this one.
+        let tells = cumulative.as_ref().is_some_and(|g| g.reduction > 0.0);
+        let beside = (!tells).then(|| beside_all(family, ladder, (taken, first))).flatten();
+        let Some(gain) = beside.or(cumulative) else {
             laws.pop();
             continue;
         };

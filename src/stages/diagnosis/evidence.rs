@@ -6,21 +6,28 @@ use super::family::Family;
 use super::fit::{Fit, parameters};
 use super::marginal::{Point, group_state};
 
-/// Log predictive density of each interaction given all others, at the fitted noise: exact for models that are linear
-/// about the fit.
-pub fn leave_one_out(family: &dyn Family, fit: &Fit) -> Vec<f64> {
+/// Information of all fitted interactions with that of the prior, and the gradient of the objective.
+fn whole(family: &dyn Family, fit: &Fit) -> (DMatrix<f64>, DVector<f64>) {
     let priors = parameters(family, &fit.laws);
-    let p = priors.len();
-    let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
-    let slope = priors
-        .iter()
-        .zip(&fit.theta)
-        .map(|(x, t)| -(t - x.centre) / x.sd.powi(2));
-    let mut b = DVector::from_iterator(p, slope);
+    let mut h = DMatrix::from_diagonal(&DVector::from_iterator(
+        priors.len(),
+        priors.iter().map(|x| x.sd.powi(-2)),
+    ));
+    let slope = priors.iter().zip(&fit.theta);
+    let slope = slope.map(|(x, t)| -(t - x.centre) / x.sd.powi(2));
+    let mut b = DVector::from_iterator(priors.len(), slope);
     for state in &fit.states {
         h += &state.information;
         b += &state.gradient;
     }
+    (h, b)
+}
+
+/// Log predictive density of each interaction given all others, at the fitted noise: exact for models that are linear
+/// about the fit.
+pub fn leave_one_out(family: &dyn Family, fit: &Fit) -> Vec<f64> {
+    let (h, b) = whole(family, fit);
+    let p = b.len();
     let one = |state: &super::marginal::GroupState| {
         let without = &h - &state.information;
         let Some(solve) = Cholesky::new(without) else {
@@ -44,10 +51,8 @@ pub fn leave_one_out(family: &dyn Family, fit: &Fit) -> Vec<f64> {
 /// every interaction integrated out: to first order about the fit.
 pub fn foretold(family: &dyn Family, fit: &Fit, groups: &[usize]) -> Vec<f64> {
     let priors = parameters(family, &fit.laws);
-    let p = priors.len();
     let steps: Vec<f64> = priors.iter().map(|x| 1e-4 * x.sd).collect();
-    let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
-    fit.states.iter().for_each(|s| h += &s.information);
+    let (h, _) = whole(family, fit);
     let point = Point {
         laws: &fit.laws,
         theta: &fit.theta,
@@ -79,4 +84,32 @@ pub fn paired(after: &[f64], before: &[f64]) -> (f64, f64) {
     let mean = total / n;
     let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     (total, (n * variance).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::fit_at;
+    use super::super::marginal::Noise;
+    use super::super::toy::Toy;
+    use super::*;
+
+    /// Log evidence is exact for a linear model: what each interaction adds to it is what the others foretell of it.
+    #[test]
+    fn what_is_foretold_of_an_interaction_is_what_it_adds_to_the_evidence() {
+        let toy = Toy::new(&[(0, 0.8)], 7);
+        let noise = Noise::start(&toy);
+        let of = |groups: &[usize]| fit_at(&toy, &[0, 2], &[0.0; 3], &noise, groups);
+        let fitted: Vec<usize> = (0..Toy::FITTED).collect();
+        let whole = of(&fitted);
+        for (k, told) in leave_one_out(&toy, &whole).into_iter().enumerate() {
+            let others: Vec<usize> = fitted.iter().copied().filter(|g| *g != k).collect();
+            let added = whole.log_evidence - of(&others).log_evidence;
+            assert!((told - added).abs() < 1e-3, "{k}: {told} {added}");
+        }
+        let held = Toy::FITTED;
+        let more: Vec<usize> = fitted.iter().copied().chain([held]).collect();
+        let added = of(&more).log_evidence - whole.log_evidence;
+        let told = foretold(&toy, &whole, &[held])[0];
+        assert!((told - added).abs() < 1e-3, "{told} {added}");
+    }
 }

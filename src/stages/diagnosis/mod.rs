@@ -18,6 +18,7 @@ mod fit;
 mod frames;
 mod given;
 mod hand_delay;
+mod held_out;
 mod inertia;
 mod joint_numbers;
 mod joint_paths;
@@ -74,6 +75,8 @@ mod told;
 mod toss_curves;
 mod toss_laws;
 mod tosses;
+#[cfg(test)]
+mod toy;
 mod trace;
 mod turns;
 mod uneven;

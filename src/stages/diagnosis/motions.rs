@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use super::asking::Imagined;
 use super::family::{Active, Channel, ChannelKind, Covariate, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
+use super::held_out::left;
 use super::levels::{Level, Number};
 use super::marginal::weights;
 use super::motion_blur::{Open, gains, inertia_of};
@@ -19,7 +20,6 @@ use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, read, se
 use super::motion_reads::{BIN, Read, read_all, scatter_of};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
-use super::named::left;
 use super::naming::NAMED;
 use super::{Curve, Quantity};
 use crate::capture::{Capture, Segmented};

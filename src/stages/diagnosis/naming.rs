@@ -7,10 +7,11 @@ use super::Config;
 use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
+use super::held_out::standing;
 use super::leftover::left_over;
 use super::marginal::Noise;
 use super::screen::{Candidate, Scored, fitted, polished, screen, stands};
-use crate::twin::Evidence;
+use crate::twin::{Evidence, Gain};
 
 /// Log evidence over the plain model, nats, from which on a cause is named, unless a family knows better; and beside others.
 pub const NAMED: f64 = 8.0;
@@ -31,6 +32,8 @@ pub struct Taken {
     pub gain: f64,
     /// Other laws that do nearly as well in its place.
     pub rivals: Vec<Rival>,
+    /// What it gains on interactions that were not fitted, once they have judged it.
+    pub told: Option<Gain>,
 }
 
 /// A law that does nearly as well in the place of one that was taken up.
@@ -48,7 +51,7 @@ pub struct Rival {
 pub struct Ladder {
     /// The plain model.
     pub plain: Fit,
-    /// The model with all effects that were taken up.
+    /// The model with all effects that stand.
     pub full: Fit,
     /// The effects, in order.
     pub taken: Vec<Taken>,
@@ -102,7 +105,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.drop_the_needless();
     climb.revise();
     climb.drop_the_misshapen();
-    Some(climb.finish())
+    Some(standing(family, climb.finish()))
 }
 
 /// What the search has come to.
@@ -239,6 +242,7 @@ pub(super) fn taken_up(law: usize, gain: f64, found: &[Candidate]) -> Taken {
         law,
         gain,
         rivals: found.iter().filter(near).map(rival).collect(),
+        told: None,
     }
 }
 

@@ -39,6 +39,7 @@ impl Climb<'_> {
             law: *law,
             gain: f64::INFINITY,
             rivals: Vec::new(),
+            told: None,
         };
         self.taken = self.full.laws.iter().map(one).collect();
         for k in 0..self.taken.len() {

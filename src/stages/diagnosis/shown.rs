@@ -3,7 +3,7 @@
 
 use super::family::{Family, Scatter};
 use super::fit::Fit;
-use super::named::{left, left_of, refit};
+use super::held_out::{left, left_of, refit};
 use super::naming::Ladder;
 use super::profile::parting;
 use crate::math::quantile;

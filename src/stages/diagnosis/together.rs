@@ -49,3 +49,42 @@ fn grown(family: &dyn Family, laws: &[usize], base: &Fit) -> Vec<Fit> {
     };
     first.into_iter().take(WIDE).chain(last).filter_map(one).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Config;
+    use super::super::naming::climb;
+    use super::super::toy::Toy;
+    use super::*;
+
+    #[test]
+    fn two_laws_that_nearly_cancel_are_found_together() {
+        // Alone each is a hundredth of what they are together.
+        let toy = Toy::new(&[(0, 0.6), (1, 0.6)], 3);
+        let plain = fit(
+            &toy,
+            &[],
+            &[0.0],
+            &Noise::start(&toy),
+            &(0..Toy::FITTED).collect::<Vec<_>>(),
+        );
+        let both = together(&toy, &[0, 1, 2], &plain).expect("a model of two");
+        let laws: BTreeSet<usize> = both.laws.iter().copied().collect();
+        assert_eq!(laws, BTreeSet::from([0, 1]));
+        for amplitude in &both.theta[1..] {
+            assert!((amplitude - 0.6).abs() < 0.1, "{:?}", both.theta);
+        }
+    }
+
+    #[test]
+    fn what_is_hidden_is_found_and_nothing_where_nothing_is() {
+        let causes = |hidden: &[(usize, f64)]| {
+            let toy = Toy::new(hidden, 5);
+            let ladder = climb(&toy, &Config::default()).expect("interactions");
+            ladder.taken.iter().map(|t| t.law).collect::<BTreeSet<usize>>()
+        };
+        assert_eq!(causes(&[]), BTreeSet::new());
+        assert_eq!(causes(&[(2, 0.3)]), BTreeSet::from([2]));
+        assert_eq!(causes(&[(0, 0.3), (2, 0.2)]), BTreeSet::from([0, 2]));
+    }
+}

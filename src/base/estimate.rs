@@ -132,6 +132,11 @@ impl<T: Value> Estimate<T> {
         self
     }
 
+    /// True where these data fix the value, or the capture states it.
+    pub fn is_told(&self) -> bool {
+        self.status != Status::Assumed
+    }
+
     /// True where these data fix the value.
     pub fn is_measured(&self) -> bool {
         self.status == Status::Measured

@@ -2,6 +2,9 @@
 
 use nalgebra::{Isometry2, Point2, Point3, Vector2};
 
+/// Cosine of the turn at a corner below which, 24 degrees, the polygon stands for a curve there.
+const CURVED: f64 = 0.913;
+
 /// A convex polygon, counter-clockwise, in the plane frame of its link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Footprint {
@@ -66,41 +69,60 @@ impl Footprint {
         &self.corners
     }
 
-    /// Signed distance and outward normal at `point`, both in the polygon's frame moved by `pose`.
+    /// Signed distance and outward normal at `point`, both in the polygon's frame moved by `pose`. Where corners hardly turn the
+    /// polygon stands for a curve, whose normal turns steadily from the middle of one edge to that of the next.
     pub fn nearest(&self, pose: &Isometry2<f64>, point: &Point2<f64>) -> Nearest {
         let local = pose.inverse_transform_point(point);
         let inside = self.edges().all(|(a, b)| turn(a, b, &local) >= 0.0);
-        let mut best = Nearest {
-            distance: f64::INFINITY,
-            outward: Vector2::x(),
-            point: local,
-        };
-        for (a, b) in self.edges() {
-            let edge = b - a;
-            let normal = Vector2::new(edge.y, -edge.x).normalize();
-            let along = ((local - a).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
-            let foot = a + edge * along;
-            let away = local - foot;
-            let distance = away.norm();
-            if distance < best.distance {
-                let outward = if inside || distance < 1e-9 {
-                    normal
-                } else {
-                    away / distance
-                };
-                best = Nearest {
-                    distance,
-                    outward,
-                    point: foot,
-                };
+        let (mut nearest, mut edge, mut foot) = (f64::INFINITY, 0, local);
+        for (k, (a, b)) in self.edges().enumerate() {
+            let along = ((local - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
+            let at = a + (b - a) * along;
+            let distance = (local - at).norm();
+            if distance < nearest {
+                (nearest, edge, foot) = (distance, k, at);
             }
         }
+        let curved = self.curved_normal(edge, &foot);
+        let outward = curved.unwrap_or_else(|| {
+            if inside || nearest < 1e-9 {
+                self.normal(edge)
+            } else {
+                (local - foot) / nearest
+            }
+        });
         let sign = if inside { -1.0 } else { 1.0 };
         Nearest {
-            distance: sign * best.distance,
-            outward: pose.rotation * best.outward,
-            point: pose.transform_point(&best.point),
+            distance: sign * nearest,
+            outward: pose.rotation * outward,
+            point: pose.transform_point(&foot),
         }
+    }
+
+    /// Edge `k` as a vector.
+    fn edge(&self, k: usize) -> Vector2<f64> {
+        let n = self.corners.len();
+        self.corners[(k + 1) % n] - self.corners[k % n]
+    }
+
+    fn normal(&self, k: usize) -> Vector2<f64> {
+        let edge = self.edge(k);
+        Vector2::new(edge.y, -edge.x).normalize()
+    }
+
+    /// The normal at a point of edge `k` near a corner that hardly turns, within half of the shorter edge there.
+    fn curved_normal(&self, k: usize, at: &Point2<f64>) -> Option<Vector2<f64>> {
+        let n = self.corners.len();
+        for (corner, other) in [(k, (k + n - 1) % n), ((k + 1) % n, (k + 1) % n)] {
+            let reach = 0.5 * self.edge(k).norm().min(self.edge(other).norm());
+            let away = (at - self.corners[corner]).norm();
+            let (own, beside) = (self.normal(k), self.normal(other));
+            if away < reach && own.dot(&beside) > CURVED {
+                let share = 0.5 * (1.0 - away / reach);
+                return Some((own * (1.0 - share) + beside * share).normalize());
+            }
+        }
+        None
     }
 
     fn edges(&self) -> impl Iterator<Item = (&Point2<f64>, &Point2<f64>)> {
@@ -219,6 +241,21 @@ mod tests {
         assert!((near.outward - Vector2::new(-1.0, 0.0)).norm() < 1e-12);
         let inside = square().nearest(&Isometry2::identity(), &Point2::new(0.04, 0.0));
         assert!((inside.distance + 0.01).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_polygon_of_many_sides_has_the_normals_of_a_circle() {
+        let corner = |k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / 40.0;
+            Point2::new(0.05 * angle.cos(), 0.05 * angle.sin())
+        };
+        let round = Footprint::hull((0..40).map(corner).collect()).expect("a polygon");
+        for k in 0..200 {
+            let angle = std::f64::consts::TAU * f64::from(k) / 200.0;
+            let way = Vector2::new(angle.cos(), angle.sin());
+            let near = round.nearest(&Isometry2::identity(), &Point2::from(0.06 * way));
+            assert!(near.outward.perp(&way).abs() < 0.01, "{k}: {:?}", near.outward);
+        }
     }
 
     #[test]

@@ -95,7 +95,7 @@ pub fn diagnose(
             .map(|t| or_toss(t, tosses))
             .collect()
     };
-    let frame = frame_finding(&predicted(capture, model, (&[], &[]))).filter(|f| config.allows(&f.cause));
+    let frame = frame_finding(capture, &predicted(capture, model, (&[], &[]))).filter(|f| config.allows(&f.cause));
     // What rolls does not go where it is pushed.
     let slides = model.twin.links().all(|(_, l)| l.friction.rolling.is_none());
     let righted = frame.as_ref().filter(|_| slides).and_then(|f| put_right(capture, f));
@@ -122,7 +122,11 @@ pub fn diagnose(
         let delay = two_clocks(&slid, (&curves, fast), model, &findings);
         take_up(&mut findings, delay);
     }
-    findings.extend(if righted.is_some() { frame } else { frame_finding(&slid) });
+    findings.extend(if righted.is_some() {
+        frame
+    } else {
+        frame_finding(capture, &slid)
+    });
     findings.extend(sensor_findings(capture, faults, &traces));
     keep_what_stands(&mut findings, config);
     say(capture, &traces, notices);

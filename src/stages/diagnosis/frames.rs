@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Unit, UnitQuaternion};
+use nalgebra::{Point3, Unit, UnitQuaternion};
 
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
 use crate::capture::Capture;
-use crate::math::{correlated_mean, mad_sd, median, t_tail};
+use crate::math::{correlated_mean, interpolate, mad_sd, median, quantile, t_tail};
 use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 
 /// Fewest pushes that tell it.
@@ -25,13 +25,37 @@ const MEDIAN: f64 = 1.25;
 const WAY: f64 = 0.012;
 /// What turns by less went straight, rad: how far a body that turns goes aside is told by its friction, and known less well.
 const STRAIGHT: f64 = 0.15;
+/// Share of a recording in which tool and body are nearest: they touch.
+const TOUCHING: f64 = 0.1;
 /// Part of the way that is compared: the tool touches, and has not yet let go.
 const PART: [f64; 2] = [0.15, 0.95];
 
 /// A scale or a rotation of the tracking as a finding; nothing where neither is clear or where it does not foretell
 /// pushes that were not fitted.
-pub fn frame_finding(traces: &[Trace]) -> Option<Finding> {
-    let ways: Vec<(&Trace, Way)> = traces.iter().filter_map(|t| Some((t, Way::of(t)?))).collect();
+pub fn frame_finding(capture: &Capture, traces: &[Trace]) -> Option<Finding> {
+    found(traces, &|t| reach(capture, &t.interaction).unwrap_or(0.0))
+}
+
+/// How far from the tool, in the plane, what is tracked is while they touch, m.
+fn reach(capture: &Capture, name: &str) -> Option<f64> {
+    let push = capture.interactions.iter().find(|i| i.name == name)?;
+    let track = match &push.target {
+        Some(target) => push.tracks.get(target),
+        None => push.tracks.values().next(),
+    }?;
+    let path = push.tool_path.as_ref()?;
+    let up = -capture.gravity.try_normalize(1e-9)?;
+    let own: [Vec<f64>; 3] = [0, 1, 2].map(|k| path.position.iter().map(|p| p[k]).collect());
+    let away = track.time.iter().zip(&track.position).filter_map(|(t, at)| {
+        let tool = |k: usize| interpolate(&path.time, &own[k], *t);
+        let off = at - Point3::new(tool(0)?, tool(1)?, tool(2)?);
+        Some((off - up * off.dot(&up)).norm())
+    });
+    quantile(&away.collect::<Vec<_>>(), TOUCHING)
+}
+
+fn found(traces: &[Trace], reach: &dyn Fn(&Trace) -> f64) -> Option<Finding> {
+    let ways: Vec<(&Trace, Way)> = traces.iter().filter_map(|t| Some((t, Way::of(t, reach(t))?))).collect();
     // What went straight tells it best; all together may, too.
     let straight: Vec<_> = ways.iter().filter(|w| w.1.turned < STRAIGHT).collect();
     told_by(&straight).or_else(|| told_by(&ways.iter().collect::<Vec<_>>()))
@@ -170,12 +194,15 @@ struct Way {
 }
 
 impl Way {
-    fn of(trace: &Trace) -> Option<Self> {
+    /// A body that turns about where the finger, `reach` away, touches it goes aside by that; so far as it was not foretold, it
+    /// is no matter of the tracking.
+    fn of(trace: &Trace, reach: f64) -> Option<Self> {
         let find = |word: &str| {
             let own = |c: &&Curve| c.quantity == Quantity::Position && c.label.contains(word);
             trace.curves.iter().find(own)
         };
         let (along, across) = (find("along the motion")?, find("across the motion")?);
+        let heading = trace.curves.iter().find(|c| c.quantity == Quantity::Rotation);
         let last = along.predicted.iter().rfind(|p| p.is_finite()).copied()?;
         if last.abs() < WAY {
             return None;
@@ -183,7 +210,8 @@ impl Way {
         let rows: Vec<(f64, f64, f64)> = (0..along.time.len().min(across.time.len()))
             .map(|i| {
                 let off = |c: &Curve| c.measured[i] - c.predicted[i];
-                (along.predicted[i], off(along), off(across))
+                let turned = heading.filter(|c| c.time.len() == across.time.len()).map_or(0.0, off);
+                (along.predicted[i], off(along), off(across) - reach * turned)
             })
             .filter(|r| (PART[0]..PART[1]).contains(&(r.0 / last)) && r.1.is_finite() && r.2.is_finite())
             .collect();
@@ -264,7 +292,8 @@ mod tests {
 
     #[test]
     fn a_scale_and_a_rotation_of_the_tracking_are_told() {
-        let found = |scale: f64, angle: f64| frame_finding(&(0..9).map(|k| push(k, scale, angle)).collect::<Vec<_>>());
+        let all = |scale: f64, angle: f64| (0..9).map(|k| push(k, scale, angle)).collect::<Vec<_>>();
+        let found = |scale: f64, angle: f64| super::found(&all(scale, angle), &|_| 0.05);
         let scaled = found(0.03, 0.0).expect("a scale");
         assert!(scaled.cause == "length-scale" && (scaled.parameters["s"].value - 0.03).abs() < 2e-3);
         let turned = found(0.0, -0.04).expect("a rotation");
@@ -286,7 +315,26 @@ mod tests {
             trace
         };
         let all = (0..9).map(|k| push(k, 0.0, -0.02)).chain((9..18).map(turned));
-        let found = frame_finding(&all.collect::<Vec<_>>()).expect("a rotation");
+        let found = found(&all.collect::<Vec<_>>(), &|_| 0.0).expect("a rotation");
         assert!((found.parameters["a"].value + 0.02).abs() < 2e-3, "{found:?}");
+    }
+
+    #[test]
+    fn what_turns_about_the_finger_is_no_rotation_of_the_tracking() {
+        let turning = |k: usize| {
+            let mut trace = push(k, 0.0, 0.025);
+            let way = &trace.curves[0];
+            // It turns by as much as it goes aside, 5 cm from the finger, and was not foretold to.
+            trace.curves.push(Curve {
+                label: "tin: heading".into(),
+                quantity: Quantity::Rotation,
+                measured: way.predicted.iter().map(|p| 0.025 * p / 0.05).collect(),
+                predicted: vec![0.0; way.time.len()],
+                ..way.clone()
+            });
+            trace
+        };
+        let all: Vec<Trace> = (0..9).map(turning).collect();
+        assert!(found(&all, &|_| 0.05).is_none() && found(&all, &|_| 0.0).is_some());
     }
 }

@@ -1,7 +1,7 @@
 //! What fast pushes followed as a whole find: what has to be sped up is not what is weighed; force and track have two clocks.
 
 use super::told::{Told, gain};
-use crate::base::Estimate;
+use crate::base::{Estimate, Status};
 use crate::math::random_effects;
 use crate::stages::estimation::Inertial;
 use crate::twin::{Finding, Link, Model};
@@ -97,10 +97,11 @@ pub fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Fin
     model.twin.links().filter_map(|(_, link)| one(link)).collect()
 }
 
-/// The mass of a link that was weighed.
+/// The mass of a link that was weighed, here or before.
 fn weight_of(link: &Link) -> Option<&Estimate> {
     let mass = link.mass.as_ref()?;
-    (mass.is_measured() && mass.method.starts_with("lift")).then_some(mass)
+    let lifted = mass.is_measured() && mass.method.starts_with("lift");
+    (lifted || mass.status == Status::Known).then_some(mass)
 }
 
 /// The pushes that were followed from rest on, where enough of them were: of the others the motion at the start is unknown, and now

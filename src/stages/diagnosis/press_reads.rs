@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::predict::Scene;
 use super::presses::BIN;
 use crate::capture::ToolShape;
-use crate::math::{interpolate, median};
+use crate::math::{freed, interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
 
 /// One press as it was read.
@@ -20,6 +20,8 @@ pub(super) struct Read {
     pub time: Vec<f64>,
     pub force: Vec<f64>,
     pub travel: Vec<f64>,
+    /// What the travel may be off by, m.
+    pub wanders: f64,
     pub noise: f64,
     /// Travel at which the tool met the surface, m, and the force that told it, N.
     pub contact: f64,
@@ -37,7 +39,12 @@ impl Read {
         let up = support_normal(scene.capture, scene.model);
         let (time, force, noise) = scene.raw_force(BIN)?;
         let force: Vec<f64> = force.iter().map(|f| -f.dot(&up)).collect();
-        let down: Vec<f64> = action.tool.position.iter().map(|p| -p.coords.dot(&up)).collect();
+        let path = scene.interaction.tool_path.as_ref()?;
+        let seen: Vec<f64> = path.position.iter().map(|p| -p.coords.dot(&up)).collect();
+        // Noise of the path times the stiffness would be noise of what is foretold, which every law that smooths makes less.
+        let freed = freed(&action.tool.time, &seen);
+        let wanders = freed.as_ref().map_or(0.0, |f| f.left);
+        let down = freed.map_or(seen, |f| f.values);
         // The mean over each sample's time, as for the force.
         let travel = time
             .iter()
@@ -62,6 +69,7 @@ impl Read {
             time,
             force,
             travel,
+            wanders,
             noise: noise?,
             contact,
             told_by: rises.1,

@@ -246,7 +246,15 @@ impl Presses {
         let change = (0..force.len())
             .map(|i| if starts[i] { 0.0 } else { force[i] - force[i - 1] })
             .collect();
-        let aside = force.iter().map(|f| EVEN * f.abs()).collect();
+        let wanders = |m: &Moment| {
+            if m.depth > 0.0 {
+                read.stiffness * read.wanders
+            } else {
+                0.0
+            }
+        };
+        let off = moments.iter().map(wanders);
+        let aside = force.iter().zip(off).map(|(f, off)| (EVEN * f).hypot(off)).collect();
         let loads = Channel {
             kind: 0,
             measured: force,

@@ -156,7 +156,7 @@ impl Observed {
         let held = link
             .mass
             .as_ref()
-            .filter(|m| m.is_measured() && action.tool.hold != Hold::Push);
+            .filter(|m| m.is_told() && action.tool.hold != Hold::Push);
         borne(&mut states, scene, &normal, held.map(|m| m.value * action.gravity));
         let (states, measured, spread) = windows(&states, &measured, &along, noise?);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());

@@ -26,7 +26,7 @@ impl Ready {
     pub fn of(model: &Model, plane: &[Vector3<f64>; 2], name: &str) -> Option<Self> {
         let link = model.twin.link(name)?;
         let (lines, top) = push_lines(model, &plane[0].cross(&plane[1]), link, 0.0)?;
-        let weighed = link.mass.as_ref().is_some_and(crate::base::Estimate::is_measured);
+        let weighed = link.mass.as_ref().is_some_and(crate::base::Estimate::is_told);
         (!lines.is_empty()).then_some(Self { lines, top, weighed })
     }
 }

@@ -14,7 +14,7 @@ pub fn rubbing(scene: &Scene, link: &Link, gravity: f64) -> Option<(String, f64)
         Company::Jointed => return None,
     };
     let weight = |link: &Link| {
-        link.mass.as_ref().filter(|m| m.is_measured()).map_or_else(
+        link.mass.as_ref().filter(|m| m.is_told()).map_or_else(
             || link.friction_force.kinetic.as_ref().map_or(1.0, |f| f.value) / 0.35,
             |m| m.value * gravity,
         )

@@ -112,7 +112,7 @@ fn curves_of(scene: &Scene, action: &Action, found: &PushPrediction, direction: 
 /// What the table bears over the weight, where a hand holds what is weighed: it may press down, or take weight off.
 fn borne(scene: &Scene, action: &Action, force: &[Vector3<f64>]) -> Vec<f64> {
     let mass = scene.model.twin.link(&action.target).and_then(|l| l.mass.as_ref());
-    let weight = mass.filter(|m| m.is_measured()).map(|m| m.value * action.gravity);
+    let weight = mass.filter(|m| m.is_told()).map(|m| m.value * action.gravity);
     let jointed = scene
         .model
         .twin

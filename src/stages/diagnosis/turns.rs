@@ -236,7 +236,7 @@ fn weight_of(link: &Link, capture: &Capture, model: &Model) -> f64 {
     let friction = link.friction_force.kinetic.as_ref().map_or(1.0, |f| f.value);
     link.mass
         .as_ref()
-        .filter(|m| m.is_measured())
+        .filter(|m| m.is_told())
         .map_or(friction / 0.35, |m| m.value * gravity)
 }
 

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
 
 use crate::base::Pose;
 use crate::capture::{Capture, Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
-use crate::math::{mean_rotation, median};
+use crate::math::{freed, mean_rotation, median};
 use crate::physics::{Action, Hold, ToolMotion};
 use crate::twin::Model;
 
@@ -70,6 +70,18 @@ pub fn start_poses(interaction: &Interaction, rest: (f64, f64), model: &Model) -
     start
 }
 
+/// A path of the tool freed of its noise: played back, a finger that trembles would let go of what it pushes.
+fn steady(time: &[f64], path: &[Point3<f64>]) -> Vec<Point3<f64>> {
+    let mut out = path.to_vec();
+    for k in 0..3 {
+        let seen: Vec<f64> = path.iter().map(|p| p[k]).collect();
+        for (p, value) in out.iter_mut().zip(freed(time, &seen).map_or(seen, |f| f.values)) {
+            p[k] = value;
+        }
+    }
+    out
+}
+
 /// The command of a push, pull, press or lift; nothing where tool or path are missing.
 pub fn action_of(
     capture: &Capture,
@@ -100,7 +112,7 @@ pub fn action_of(
             radius,
             hold,
             time: path.time.clone(),
-            position: path.position.clone(),
+            position: steady(&path.time, &path.position),
         },
         start: start_poses(interaction, first_rest(interaction, segmented), model),
         gravity: -capture.gravity.dot(&normal),

@@ -14,6 +14,8 @@ use crate::math::{LinearFit, effective_samples, interpolate, median, robust_line
 
 /// By how much force and position may be out of step, s.
 const LAG: f64 = 4e-3;
+/// Half of the time over which the tool's speed is taken, s, and in readings of its path, the fewest that tell it.
+const SPEEDS: (f64, f64) = (0.015, 2.6);
 /// How long before and after contact a press is compared, s.
 const BEYOND: f64 = 0.1;
 
@@ -48,6 +50,8 @@ fn rows_of(interaction: &Interaction, segmented: &Segmented, direction: &Vector3
     let tare = tare_of(interaction, segmented);
     let stick = segmented.of(PhaseKind::Stick).next()?;
     let along: Vec<f64> = tool.position.iter().map(|p| p.coords.dot(direction)).collect();
+    let steps: Vec<f64> = tool.time.windows(2).map(|w| w[1] - w[0]).collect();
+    let half = SPEEDS.0.max(SPEEDS.1 * median(&steps)?);
     let mut rows = Rows {
         time: Vec::new(),
         force: Vec::new(),
@@ -61,7 +65,7 @@ fn rows_of(interaction: &Interaction, segmented: &Segmented, direction: &Vector3
         }
         let (Some(p), Some(fit)) = (
             tool_at(tool, t),
-            crate::math::local_quadratic(&tool.time, &along, t, 0.015),
+            crate::math::local_quadratic(&tool.time, &along, t, half),
         ) else {
             continue;
         };

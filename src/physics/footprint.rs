@@ -1,11 +1,13 @@
-//! The outline of a link at the height of a tool, as a convex polygon in the support plane.
+//! The outline of a link at the height of a tool, or of what it stands on, as a polygon in the support plane.
 
 use nalgebra::{Isometry2, Point2, Point3, Vector2};
+
+use super::pockets::with_pockets;
 
 /// Cosine of the turn at a corner below which, 24 degrees, the polygon stands for a curve there.
 const CURVED: f64 = 0.913;
 
-/// A convex polygon, counter-clockwise, in the plane frame of its link.
+/// A polygon, counter-clockwise, in the plane frame of its link: a hull, with pockets where it is a cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Footprint {
     corners: Vec<Point2<f64>>,
@@ -49,19 +51,25 @@ impl Footprint {
         (corners.len() >= 3).then_some(Self { corners })
     }
 
-    /// The hull of the cut through a triangle mesh at height `z`; nothing where the cut has no area.
+    /// The cut through a triangle mesh at height `z`: its hull, with what is far inside of that cut out; nothing where the cut has
+    /// no area.
     pub fn section(points: &[Point3<f64>], triangles: &[[u32; 3]], z: f64) -> Option<Self> {
-        let mut cut = Vec::new();
-        for triangle in triangles {
-            for k in 0..3 {
-                let (a, b) = (&points[triangle[k] as usize], &points[triangle[(k + 1) % 3] as usize]);
-                if (a.z - z) * (b.z - z) < 0.0 {
-                    let t = (z - a.z) / (b.z - a.z);
-                    cut.push((a + (b - a) * t).xy());
-                }
-            }
-        }
-        Self::hull(cut)
+        let crossed = |triangle: &[u32; 3]| {
+            let ends = (0..3).filter_map(|k| {
+                let (a, b) = (triangle[k] as usize, triangle[(k + 1) % 3] as usize);
+                // From one side of an edge as from the other.
+                let (a, b) = (&points[a.min(b)], &points[a.max(b)]);
+                let t = (z - a.z) / (b.z - a.z);
+                ((a.z - z) * (b.z - z) < 0.0).then(|| (a + (b - a) * t).xy())
+            });
+            let ends: Vec<Point2<f64>> = ends.collect();
+            (ends.len() == 2).then(|| (ends[0], ends[1]))
+        };
+        let cuts: Vec<(Point2<f64>, Point2<f64>)> = triangles.iter().filter_map(crossed).collect();
+        let hull = Self::hull(cuts.iter().flat_map(|c| [c.0, c.1]).collect())?;
+        Some(Self {
+            corners: with_pockets(hull.corners, &cuts),
+        })
     }
 
     /// The corners, counter-clockwise.
@@ -73,7 +81,7 @@ impl Footprint {
     /// polygon stands for a curve, whose normal turns steadily from the middle of one edge to that of the next.
     pub fn nearest(&self, pose: &Isometry2<f64>, point: &Point2<f64>) -> Nearest {
         let local = pose.inverse_transform_point(point);
-        let inside = self.edges().all(|(a, b)| turn(a, b, &local) >= 0.0);
+        let inside = self.holds(&local);
         let (mut nearest, mut edge, mut foot) = (f64::INFINITY, 0, local);
         for (k, (a, b)) in self.edges().enumerate() {
             let along = ((local - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
@@ -97,6 +105,14 @@ impl Footprint {
             outward: pose.rotation * outward,
             point: pose.transform_point(&foot),
         }
+    }
+
+    /// Whether a point is within (even-odd rule).
+    fn holds(&self, p: &Point2<f64>) -> bool {
+        let crosses = |(a, b): &(&Point2<f64>, &Point2<f64>)| {
+            (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)
+        };
+        self.edges().filter(crosses).count() % 2 == 1
     }
 
     /// Edge `k` as a vector.

@@ -11,6 +11,7 @@ mod footprint;
 mod lift;
 mod limit_surface;
 mod linkage;
+mod pockets;
 mod press;
 mod pseudo_inertia;
 mod push;

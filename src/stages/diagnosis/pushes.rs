@@ -21,6 +21,8 @@ use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
 
+/// Share of that by which the limit surface has a body that turns resist less that it leaves open.
+const TURNING: f64 = 0.3;
 /// Log evidence, nats, from which on a law that is tried once is named.
 const ONE_TRY: f64 = 5.0;
 
@@ -47,6 +49,8 @@ pub struct Pushes {
     pub(super) names: Vec<String>,
     /// Normal load of each body, N.
     pub(super) loads: Vec<f64>,
+    /// Force of the plain model on each body where it does not turn, N.
+    even: Vec<f64>,
     /// How each body could be pushed next.
     pub(super) ready: Vec<Option<Ready>>,
     /// Unit vectors along and across each group's motion, plane of the support.
@@ -123,6 +127,9 @@ impl Pushes {
             ..Parameter::positive("static_excess", "1", 0.2)
         });
         out.sheet.base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
+        // What the limit surface misses of a foot that turns is the same in every push.
+        out.sheet.base.push(Parameter::amplitude("turning", "1", TURNING));
+        out.even = (0..out.loads.len()).map(|body| out.evenly(body)).collect();
         out.done = out.states.len();
         out.ready = names.iter().map(|n| Ready::of(model, &plane, n)).collect();
         out.names = names;
@@ -140,6 +147,7 @@ impl Pushes {
             bodies: Vec::new(),
             names: Vec::new(),
             loads: Vec::new(),
+            even: Vec::new(),
             ready: Vec::new(),
             along: Vec::new(),
             plane,
@@ -153,6 +161,13 @@ impl Pushes {
     pub fn rounded(mut self, lost: f64) -> Self {
         self.sheet.kinds.iter_mut().for_each(|k| k.sigma = k.sigma.hypot(lost));
         self
+    }
+
+    /// Largest force of the plain model on a body, N: that of one that does not turn.
+    fn evenly(&self, body: usize) -> f64 {
+        let own = self.states.iter().zip(&self.bodies).filter(|(_, b)| **b == body);
+        let forces = own.flat_map(|(states, _)| states).map(|s| s.force.norm());
+        forces.fold(1e-9, f64::max)
     }
 
     /// Median force of the plain model, N.
@@ -287,14 +302,15 @@ impl Family for Pushes {
         let level = (base[self.bodies[group]] + scatter[0]).exp();
         let (excess, length) = (base[bodies], base[bodies + 1].exp());
         let load = self.loads[self.bodies[group]];
-        let along = self.along[group];
+        let (along, even) = (self.along[group], self.even[self.bodies[group]]);
         let across = Vector2::new(-along.y, along.x);
         let mut out = vec![0.0; 2 * n];
         let mut reached: Vec<f64> = active.iter().map(|a| self.reached_before(group, a)).collect();
         for (i, s) in states.iter().enumerate() {
             // Level, slow change with the way and with the turning: what a surface and a shape leave open in each push.
             let drift = scatter[4] * (s.slip / 0.03) + scatter[5] * s.turned.abs();
-            let mut share = 1.0 + excess * (-s.slip / length).exp() + drift;
+            let turning = (1.0 - s.force.norm() / even).max(0.0) * base[bodies + 2];
+            let mut share = 1.0 + excess * (-s.slip / length).exp() + drift + turning;
             let (mut table, mut offset) = (-self.lean * (load * s.loaded), Vector2::zeros());
             let mut viscous = 0.0;
             for (a, reached) in active.iter().zip(&mut reached) {

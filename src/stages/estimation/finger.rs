@@ -13,7 +13,7 @@ use super::replay::{replay_push, travel_direction};
 use super::slip::{Slip, finger_friction, slip_of};
 use crate::base::{Estimate, Pose};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
-use crate::math::{Loss, Settings, interpolate, levenberg_marquardt};
+use crate::math::{Fit, Loss, Settings, interpolate, levenberg_marquardt};
 use crate::physics::{Action, uniform_torsional_radius};
 use crate::twin::{Link, Model};
 
@@ -27,6 +27,14 @@ const PRIOR_RADIUS: f64 = 0.25;
 const VAGUE: f64 = 0.2;
 /// Where the search for the tool's friction begins.
 const STARTS: [f64; 6] = [0.06, 0.12, 0.2, 0.3, 0.45, 0.8];
+/// Residuals of a fit that are of what was known before; frictions over the best and torsional radii over it with which a finger
+/// that sticks is tried, and by how much it has to do worse, nats.
+const KNOWN: usize = 3;
+const FIRMER: [f64; 3] = [2.0, 3.0, 8.0];
+const RADII: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.2];
+const UNLIKE: f64 = 6.0;
+/// How well the steepest force tells the friction of a finger that slides, as a share.
+const STEEP: f64 = 0.1;
 /// What the model may miss of a path, m and rad.
 const MISS: (f64, f64) = (0.0007, 0.008);
 /// Samples of a path that are compared.
@@ -101,20 +109,19 @@ fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &st
         sd: [tool_sd, PRIOR_RADIUS],
         least: slips.iter().map(|s| s.least).fold(1e-3, f64::max).min(tool).ln(),
     };
-    let residuals = |x: &DVector<f64>| misfit(&small, name, &trials, x, &prior);
-    let settings = Settings {
-        loss: Loss::Huber(2.0),
-        iterations: 8,
-        tolerance: 1e-3,
-    };
-    // A sticking finger has no slope towards a sliding one: start where the misfit is least.
-    let starts = STARTS.into_iter().chain([tool]);
-    let start = starts
-        .map(|mu| DVector::from_vec(vec![f64::ln(mu), before.ln()]))
-        .map(|at| (residuals(&at).norm(), at))
-        .min_by(|a, b| a.0.total_cmp(&b.0))?
-        .1;
-    let fit = levenberg_marquardt(&start, &DVector::from_element(2, 0.06), settings, residuals)?;
+    let settle = |prior: &Prior| settled(&|x| misfit(&small, name, &trials, x, prior), prior);
+    let (mut fit, mut direct) = (settle(&prior)?, direct);
+    if let Some(slid) = slid_by_the_path(&slips, direct.as_ref(), &fit, &|x| {
+        misfit(&small, name, &trials, x, &prior)
+    }) {
+        let sd = (slid.sd.unwrap_or(0.0) / slid.value).max(LEAST_DOUBT);
+        let told = Prior {
+            mean: [slid.value.ln(), prior.mean[1]],
+            sd: [sd, prior.sd[1]],
+            least: slid.value.ln() - 2.0 * sd,
+        };
+        (fit, direct) = (settle(&told)?, Some(slid));
+    }
     // Where only an absurd radius would do, something else bends the path: nothing is learnt of the finger.
     if (fit.x[1] - prior.mean[1]).abs() > 2.5 * PRIOR_RADIUS {
         return None;
@@ -138,6 +145,52 @@ fn fit_body(capture: &Capture, segmented: &[Segmented], model: &Model, name: &st
     // Path and force agree where both tell; the path alone would call a bound a number.
     let tool = direct.unwrap_or_else(|| estimate(0, PRIOR_TOOL.1, PRIOR_TOOL.0, "1"));
     Some((tool, estimate(1, PRIOR_RADIUS, before, "m")))
+}
+
+/// The friction and the radius that foretell the paths best.
+fn settled(residuals: &(dyn Fn(&DVector<f64>) -> DVector<f64> + Sync), prior: &Prior) -> Option<Fit> {
+    let settings = Settings {
+        loss: Loss::Huber(2.0),
+        iterations: 8,
+        tolerance: 1e-3,
+    };
+    // A sticking finger has no slope towards a sliding one: start where the misfit is least.
+    let starts = STARTS.into_iter().map(f64::ln).chain([prior.mean[0]]);
+    let start = starts
+        .map(|mu| DVector::from_vec(vec![mu, prior.mean[1]]))
+        .map(|at| (residuals(&at).norm(), at))
+        .min_by(|a, b| a.0.total_cmp(&b.0))?
+        .1;
+    levenberg_marquardt(&start, &DVector::from_element(2, 0.06), settings, residuals)
+}
+
+/// Where only the paths tell that the finger slid, too slowly to be seen: its friction is how steep its force was at most.
+///
+/// It slid where no finger that holds better, with any torsional radius, foretells the paths about as well.
+fn slid_by_the_path(
+    slips: &[Slip],
+    bound: Option<&Estimate>,
+    best: &Fit,
+    residuals: &(dyn Fn(&DVector<f64>) -> DVector<f64> + Sync),
+) -> Option<Estimate> {
+    bound.filter(|b| !b.is_measured())?;
+    let steepest = slips.iter().max_by(|a, b| a.most.total_cmp(&b.most))?;
+    let scale = (2.0 * best.cost / best.residuals.len().max(1) as f64).sqrt().max(1.0);
+    let cost = |x: &DVector<f64>| {
+        let own = residuals(x);
+        let each = own.iter().skip(KNOWN).map(|r| (r / scale).abs());
+        each.map(|r| if r < 2.0 { 0.5 * r * r } else { 2.0 * r - 2.0 })
+            .sum::<f64>()
+    };
+    let mut firmer = FIRMER
+        .iter()
+        .flat_map(|f| RADII.map(|r| DVector::from_vec(vec![(f * steepest.most).ln(), best.x[1] + f64::ln(r)])));
+    let least = cost(&best.x);
+    (best.x[0].exp() < FIRMER[0] * steepest.most && firmer.all(|x| cost(&x) > least + UNLIKE)).then(|| {
+        let sd = STEEP * steepest.most;
+        let from = vec![steepest.interaction.clone()];
+        Estimate::measured(steepest.most, sd, "1", from, "push-slip, as the paths tell")
+    })
 }
 
 /// What the forces said, as far as a footprint can have it: pressure at the centre gives nothing, all of it

@@ -39,6 +39,8 @@ pub(super) struct Slip {
     pub slid: Option<(f64, f64)>,
     /// It is not less than this (2.5 %).
     pub least: f64,
+    /// How steep the force was at most, tangential over normal.
+    pub most: f64,
 }
 
 /// One reading of the contact.
@@ -88,6 +90,7 @@ pub(super) fn slip_of(
             (mu, face(mu).hypot((spread / slid.len() as f64).sqrt()))
         }),
         least: (most - 1.96 * face(most)).max(0.0),
+        most,
     })
 }
 

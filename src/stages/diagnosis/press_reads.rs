@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::predict::Scene;
-use super::presses::BIN;
+use super::presses::{BIN, PARTS};
 use crate::capture::ToolShape;
 use crate::math::{freed, interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
@@ -20,6 +20,8 @@ pub(super) struct Read {
     pub time: Vec<f64>,
     pub force: Vec<f64>,
     pub travel: Vec<f64>,
+    /// The same in the parts of each sample.
+    pub parts: Vec<[f64; PARTS]>,
     /// What the travel may be off by, m.
     pub wanders: f64,
     pub noise: f64,
@@ -28,6 +30,8 @@ pub(super) struct Read {
     pub told_by: f64,
 }
 
+/// Force, in standard deviations, below which nothing is felt.
+const FREE: f64 = 1.5;
 /// Seconds of one sample where the surface is looked for.
 pub(super) const FINE: f64 = 0.008;
 
@@ -54,11 +58,19 @@ impl Read {
                 known.iter().sum::<f64>() / known.len().max(1) as f64
             })
             .collect();
+        let within = |t: f64, k: usize| {
+            let t = t + BIN * ((k as f64 + 0.5) / PARTS as f64 - 0.5);
+            interpolate(&path.time, &down, t).unwrap_or(f64::NAN)
+        };
+        let parts = time.iter().map(|t| std::array::from_fn(|k| within(*t, k))).collect();
         let deepest = (0..down.len()).max_by(|a, b| down[*a].total_cmp(&down[*b]))?;
         let (fine, felt, fine_noise) = scene.raw_force(FINE)?;
         let felt: Vec<f64> = felt.iter().map(|f| -f.dot(&up)).collect();
         let rises = rise(&felt, fine_noise?)?;
-        let contact = interpolate(&action.tool.time, &down, fine[rises.0])? - rises.1 / stiffness;
+        let at = |i: usize| interpolate(&path.time, &down, fine[i]);
+        // Where nothing was felt yet it had not met the surface.
+        let told_at = at(rises.felt)?;
+        let contact = (told_at - rises.force / stiffness).max(at(rises.free).unwrap_or(f64::NEG_INFINITY));
         Some(Self {
             interaction: scene.interaction.name.clone(),
             held_out: scene.interaction.held_out,
@@ -69,10 +81,11 @@ impl Read {
             time,
             force,
             travel,
+            parts,
             wanders,
             noise: noise?,
             contact,
-            told_by: rises.1,
+            told_by: (stiffness * (told_at - contact)).max(0.0),
         })
     }
 }
@@ -87,14 +100,27 @@ fn below(shape: &ToolShape) -> f64 {
     }
 }
 
-/// Where a force begins to rise for good, and what it is there above the tare, N.
-fn rise(force: &[f64], noise: f64) -> Option<(usize, f64)> {
+/// Where a force begins to rise for good.
+struct Rise {
+    /// The first sample that is felt, and the last that surely is not.
+    felt: usize,
+    free: usize,
+    /// What it is there above the tare, N.
+    force: f64,
+}
+
+fn rise(force: &[f64], noise: f64) -> Option<Rise> {
     let peak = force.iter().copied().fold(0.0, f64::max);
     let rest: Vec<f64> = force.iter().take_while(|f| **f < 0.3 * peak).copied().collect();
     let tare = median(&rest[..rest.len().div_ceil(2)]).unwrap_or(0.0);
     let floor = (5.0 * noise).max(0.01 * peak);
     let felt = |i: &usize| (0..4).all(|k| force.get(i + k).is_some_and(|f| f - tare > floor));
     let i = (0..force.len()).find(felt)?;
-    // A force that jumps up has met the surface there; what is more than the floor is not traced back.
-    Some((i, (force[i] - tare).min(2.0 * floor)))
+    let free = (0..i).rev().find(|k| force[*k] - tare < FREE * noise).unwrap_or(0);
+    Some(Rise {
+        felt: i,
+        free: free.saturating_sub(1),
+        // A force that jumps up has met the surface there; what is more than the floor is not traced back.
+        force: (force[i] - tare).min(2.0 * floor),
+    })
 }

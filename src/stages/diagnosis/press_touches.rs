@@ -120,6 +120,7 @@ impl Presses {
                 step: if k > 0 { BIN } else { 0.0 },
                 depth: depth(t),
                 rate: rate(t),
+                parts: None,
             }
         };
         (0..count).map(moment).collect()

@@ -27,8 +27,14 @@ const SURFACE: f64 = 5e-5;
 /// Log standard deviation of a body's stiffness, and of that of a spot about it.
 const STIFF: [f64; 2] = [0.5, 0.08];
 
+/// Parts of a sample in which the tool meets the surface or leaves it: its mean force is not that at its mean depth.
+pub(super) const PARTS: usize = 5;
+/// How near to the surface, m, and by how much its depth changes within it, where a sample is taken in parts.
+const MEETS: f64 = 4e-4;
+const PASSES: f64 = 5e-5;
+
 /// One moment of a press.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Moment {
     /// Seconds since the capture began.
     pub time: f64,
@@ -38,6 +44,39 @@ pub struct Moment {
     pub depth: f64,
     /// How fast that grows, m/s.
     pub rate: f64,
+    /// Depth in its parts, m, where it is taken in parts.
+    pub parts: Option<[f64; PARTS]>,
+}
+
+impl Moment {
+    /// Those of them that are taken by themselves.
+    fn each(&self) -> impl Iterator<Item = Self> {
+        let whole = *self;
+        let part = move |k: usize, parts: [f64; PARTS]| {
+            let (a, b) = (k.saturating_sub(1), (k + 1).min(PARTS - 1));
+            Self {
+                time: whole.time + BIN * ((k as f64 + 0.5) / PARTS as f64 - 0.5),
+                step: whole.step / PARTS as f64,
+                depth: parts[k],
+                rate: (parts[b] - parts[a]) * PARTS as f64 / (BIN * (b - a) as f64),
+                parts: None,
+            }
+        };
+        let one = self.parts.is_none().then_some(whole);
+        let several = self
+            .parts
+            .into_iter()
+            .flat_map(move |p| (0..PARTS).map(move |k| part(k, p)));
+        one.into_iter().chain(several)
+    }
+}
+
+/// Depths in parts of a sample near the surface.
+fn meeting(parts: [f64; PARTS]) -> Option<[f64; PARTS]> {
+    let (low, high) = parts
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+    (low < MEETS && high > -MEETS && high - low > PASSES && parts.iter().all(|p| p.is_finite())).then_some(parts)
 }
 
 /// All presses of one capture.
@@ -209,6 +248,7 @@ impl Presses {
             step: if i > 0 { read.time[i] - read.time[i - 1] } else { 0.0 },
             depth: read.travel[i] - contact,
             rate: rate(i),
+            parts: meeting(read.parts[i].map(|p| p - contact)),
         });
         let moments: Vec<Moment> = all.filter(|m| m.depth.is_finite() && m.depth > -0.02).collect();
         let force: Vec<f64> = (0..n)
@@ -324,9 +364,13 @@ impl Family for Presses {
         let delay = base[base.len() - 1];
         // What is read late tells the surface late.
         let late = self.met[group].late(stiffness, delay, active);
-        let read = self.moments[group]
-            .iter()
-            .map(|m| memory.force(m, scatter[0] - late + delay * m.rate, active));
+        let read = self.moments[group].iter().map(|m| {
+            let count = if m.parts.is_some() { PARTS } else { 1 };
+            let each = m
+                .each()
+                .map(|m| memory.force(&m, scatter[0] - late + delay * m.rate, active));
+            each.sum::<f64>() / count as f64
+        });
         let mut out: Vec<f64> = read.map(|f| f + scatter[1]).collect();
         let face = &base[bodies + self.all_spots + 3 * body..][..3];
         let slope = Vector2::new(face[1], face[2]).dot(&self.places[group]);

@@ -3,10 +3,11 @@
 
 use std::path::Path;
 
-use palpate::base::{Progress, Seed};
-use palpate::lab::{hide_by_word, scene_named, synthesise};
+use palpate::base::{Progress, Seed, rng_for};
+use palpate::lab::{Scene, hide_by_word, scene_named, synthesise};
 use palpate::pipeline::{Options, Run, build};
 use palpate::twin::{CAUSES, Verdict};
+use rand::Rng;
 
 fn probed(scene: &str, hidden: &str, seed: u64) -> Run {
     probed_with(scene, hidden, seed, &Options::default())
@@ -59,6 +60,35 @@ fn nothing_is_said_of_what_is_as_it_should_be() {
     for scene in ["probe-pushes", "probe-presses", "probe-hinge"] {
         assert!(named(&probed(scene, "none", 21)).is_empty(), "{scene}");
     }
+}
+
+/// The tool's path is read ten times as badly as usual, then force and path a fifth as often as usual.
+#[test]
+fn paths_that_are_read_badly_and_readings_that_are_few_make_no_cause() {
+    let read = |hidden: &str, change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene_named("probe-presses").expect("a built-in scene");
+        scene.hide = hide_by_word(&scene, hidden, Seed(4)).expect("a cause that it can hide");
+        change(&mut scene);
+        let mut made = synthesise(&scene, Path::new("."), Seed(4), &Progress::silent()).expect("a capture");
+        let mut dice = rng_for(Seed(4), "badly read");
+        for path in made
+            .capture
+            .interactions
+            .iter_mut()
+            .filter_map(|i| i.tool_path.as_mut())
+        {
+            for place in &mut path.position {
+                place.z += (0..12).map(|_| dice.random_range(-0.5..0.5)).sum::<f64>() * 2e-4;
+            }
+        }
+        build(&made.capture, &Options::default(), &Progress::silent()).expect("a twin")
+    };
+    let seldom = |scene: &mut Scene| scene.noise.force_rate = 100.0;
+    for run in [read("none", &|_| ()), read("none", &seldom)] {
+        assert_eq!(named(&run), [""; 0]);
+        assert_eq!(run.diagnosis.verdict, Verdict::Adequate);
+    }
+    assert_eq!(named(&read("preload:2", &|_| ())), ["preload"]);
 }
 
 #[test]

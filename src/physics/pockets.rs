@@ -1,6 +1,6 @@
 //! Where the cut through a mesh goes far inside of its hull: the notch of an L, the side of a handle.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use nalgebra::Point2;
 
@@ -22,7 +22,7 @@ pub fn with_pockets(hull: Vec<Point2<f64>>, cuts: &[(Point2<f64>, Point2<f64>)])
     let Some(outline) = outline_from(&hull[0], cuts) else {
         return hull;
     };
-    let places: HashMap<Key, usize> = outline.iter().enumerate().map(|(i, p)| (key(p), i)).collect();
+    let places: BTreeMap<Key, usize> = outline.iter().enumerate().map(|(i, p)| (key(p), i)).collect();
     let Some(at) = hull
         .iter()
         .map(|p| places.get(&key(p)).copied())
@@ -49,7 +49,7 @@ pub fn with_pockets(hull: Vec<Point2<f64>>, cuts: &[(Point2<f64>, Point2<f64>)])
 
 /// The closed outline through `start`, counter-clockwise from there.
 fn outline_from(start: &Point2<f64>, cuts: &[(Point2<f64>, Point2<f64>)]) -> Option<Vec<Point2<f64>>> {
-    let mut beside: HashMap<Key, Vec<Point2<f64>>> = HashMap::new();
+    let mut beside: BTreeMap<Key, Vec<Point2<f64>>> = BTreeMap::new();
     for (a, b) in cuts.iter().filter(|(a, b)| key(a) != key(b)) {
         beside.entry(key(a)).or_default().push(*b);
         beside.entry(key(b)).or_default().push(*a);

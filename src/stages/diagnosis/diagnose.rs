@@ -3,16 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axes::of_all_axes;
+use super::blows::blow_findings;
 use super::clocks::Clocks;
 use super::compare::{base_fit, forces_fit, hardly_felt, verdict};
-use super::coupling::coupling_findings;
 use super::delay::{delay_finding, take_up};
 use super::family::Family;
 use super::frames::{frame_finding, put_right};
-use super::given::{finger_findings, scale_finding};
 use super::hand_delay::{HandDelay, hand_delay};
 use super::inertia;
-use super::joints::joint_findings;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
 use super::motions::{Motions, of_all_joints};
@@ -26,7 +24,7 @@ use super::pushes::Pushes;
 use super::rolls::rolls;
 use super::sensor::{rounded_away, sensor_findings, taken_out};
 use super::sensor_lag::lag_of;
-use super::sinking::sinking_findings;
+use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
 use super::uneven::{spun, uneven, yaw_findings};
@@ -260,6 +258,12 @@ fn name_causes(
         findings.extend(found);
         joint.iter().for_each(|j| loads.of_joint(j, &ladder));
     }
+    findings.extend(
+        pushes
+            .iter()
+            .flat_map(|p| blow_findings(p, findings))
+            .collect::<Vec<_>>(),
+    );
     findings.extend(loads.of_rolls(rolls(capture, segmented, model)));
     let tossed = of_all_bodies(capture, model);
     let done = asking::Done {
@@ -361,16 +365,6 @@ fn findings_of_inertia(capture: &Capture, model: &Model, pushed: bool, loads: &L
     } else if findings.iter().filter(|f| acted_on(f)).all(|f| f.cause == "com-offset") {
         uneven(capture, model, findings);
     }
-}
-
-/// Findings beside those that were named, which need no ladder of laws.
-fn told_by_one_number(capture: &Capture, segmented: &[Segmented], model: &Model, named: &[Finding]) -> Vec<Finding> {
-    let mut findings = joint_findings(capture, segmented, model, named);
-    findings.extend(coupling_findings(capture, segmented, model));
-    findings.extend(sinking_findings(capture, segmented, model));
-    findings.extend(scale_finding(capture, segmented));
-    findings.extend(finger_findings(capture, segmented, model));
-    findings
 }
 
 /// Hinges whose axis wanders.

@@ -4,6 +4,8 @@
 mod alike;
 mod asking;
 mod axes;
+mod blows;
+mod breakaway;
 mod clocks;
 mod compare;
 mod config;

@@ -215,3 +215,12 @@ pub fn read(active: &Active, force: Vector2<f64>, along: &Vector2<f64>) -> Vecto
         _ => force,
     }
 }
+
+/// The force of a tool that pushes along the direction of `friction` where the table adds `table`: what is across is
+/// not the tool's to hold, the body gives way sideways until its friction holds it.
+pub fn held(friction: &Vector2<f64>, table: &Vector2<f64>) -> Vector2<f64> {
+    let size = friction.norm().max(1e-12);
+    let along = friction / size;
+    let across = along.perp(table).abs().min(0.9 * size);
+    along * ((size * size - across * across).sqrt() + along.dot(table))
+}

@@ -2,26 +2,37 @@
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
+use super::blows::Blow;
 use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
 use crate::math::{interpolate, median, quantile};
 use crate::physics::PushPrediction;
 use crate::twin::Link;
 
+/// Time after the force rose in which it is highest, s.
+const OVERSHOOTS: f64 = 0.25;
 /// How long before the force rose the tool is looked at, s.
 const BEFORE: [f64; 2] = [0.03, 0.11];
-/// Force of the blow with which the tool meets a body, N, and the speed of the blow, m/s: how far the force overshoots
-/// what comes after, or speed times the square root of stiffness and mass, the stiffness as the force rose.
-pub fn impact(time: &[f64], force: &[Vector3<f64>], motion: &Motion, onset: f64, mass: f64) -> (f64, f64) {
+/// The blow with which the tool meets a body: how far the force overshoots what comes after, or speed times the square root of
+/// stiffness and mass, the stiffness as the force rose.
+pub fn impact(time: &[f64], force: &[Vector3<f64>], (motion, end): (&Motion, f64), onset: f64, mass: f64) -> Blow {
     let speed = motion.at(onset + 0.05).speed.max(1e-4);
     let near = |i: &usize| (time[*i] - onset).abs() < 0.15 && *i > 0;
     let steep = |i: usize| (force[i].norm() - force[i - 1].norm()) / (time[i] - time[i - 1]).max(1e-6);
     let rate = (0..time.len()).filter(near).map(steep).fold(0.0, f64::max);
     let level = motion.at(onset + 0.05).force.norm();
-    let highest = (0..time.len())
-        .filter(near)
-        .map(|i| force[i].norm())
-        .fold(0.0, f64::max);
-    ((speed * (rate / speed * mass).sqrt()).max(highest - level), speed)
+    let highest = |until: f64| {
+        let within = (0..time.len()).filter(|i| (-0.15..until).contains(&(time[*i] - onset)));
+        within.map(|i| force[i].norm()).fold(0.0, f64::max)
+    };
+    let slides = (0..time.len()).filter(|i| (onset + OVERSHOOTS..end).contains(&time[*i]));
+    let steady = median(&slides.map(|i| force[i].norm()).collect::<Vec<f64>>());
+    Blow {
+        size: (speed * (rate / speed * mass).sqrt()).max(highest(0.15) - level),
+        over: steady.map_or(0.0, |s| highest(OVERSHOOTS) - s),
+        level: steady.unwrap_or(0.0),
+        speed,
+        ..Blow::default()
+    }
 }
 
 /// When the force first reached half of what the plain model says.
@@ -170,6 +181,20 @@ impl Motion {
             force,
         }
     }
+}
+
+/// Speed of the tool over the middle of its way, from `onset` to `end` (s), m/s: a tip that gives waits where it begins.
+pub fn going(
+    interaction: &Interaction,
+    plane: &[Vector3<f64>; 2],
+    along: &Vector2<f64>,
+    [onset, end]: [f64; 2],
+) -> Option<f64> {
+    let way = plane[0] * along.x + plane[1] * along.y;
+    let path = interaction.tool_path.as_ref()?;
+    let places: Vec<f64> = path.position.iter().map(|p| p.coords.dot(&way)).collect();
+    let at = |share: f64| interpolate(&path.time, &places, onset + share * (end - onset));
+    Some((at(0.75)? - at(0.25)?) / (0.5 * (end - onset)).max(1e-6))
 }
 
 /// Speed with which the tool came to the body, m/s. One that comes fast is slowed down by the blow, which is no slow start.

@@ -3,10 +3,11 @@
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
+use super::blows::Blow;
 use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_history::History;
-use super::push_motion::{Motion, approach, impact, rise, tool_turn};
+use super::push_motion::{Motion, approach, going, impact, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
 use super::push_windows::windows;
 use super::rubbing::rubbing;
@@ -94,8 +95,8 @@ pub struct Observed {
     pub largest: f64,
     pub along: Vector2<f64>,
     pub states: Vec<State>,
-    /// Blow of the tool, N, and its speed, m/s.
-    blow: (f64, f64),
+    /// How the tool met it.
+    pub blow: Blow,
     measured: Vec<Vector2<f64>>,
     spread: Vec<f64>,
     name: String,
@@ -145,11 +146,18 @@ impl Observed {
             return None;
         }
         let mass = link.mass.as_ref().map_or(0.3, |m| m.value);
-        let blow = impact(&time, &force, &motion, onset, mass);
+        let blow = Blow {
+            interaction: interaction.name.clone(),
+            held_out: interaction.held_out,
+            came: going(interaction, plane, &along, [onset, touched.1]).unwrap_or(0.0),
+            wait,
+            first: last.is_none(),
+            ..impact(&time, &force, (&motion, touched.1), onset, mass)
+        };
         let rings = ringing(scene, &flat, &along, onset, touched.1);
         for s in states.iter_mut().filter(|s| s.contact) {
             let since = s.time + zero - onset;
-            s.ringing = rings.map_or(blow.0 * (-since / RINGING).exp(), |r| UNEVEN * r.envelope(since));
+            s.ringing = rings.map_or(blow.size * (-since / RINGING).exp(), |r| UNEVEN * r.envelope(since));
             s.phases = rings.map_or([0.0; 2], |r| r.phases(since, BIN));
             s.inertia *= mass;
         }
@@ -219,12 +227,12 @@ fn borne(states: &mut [State], scene: &Scene, normal: &Vector3<f64>, weight: Opt
 /// A blow by the same tool is as its speed: a force that overshoots by more than others of its speed do is no ringing,
 /// and it is not excused as one.
 pub fn excuse_blows(seen: &mut [Observed]) {
-    let per_speed: Vec<f64> = seen.iter().map(|o| o.blow.0 / o.blow.1).collect();
+    let per_speed: Vec<f64> = seen.iter().map(|o| o.blow.size / o.blow.speed).collect();
     let Some(usual) = median(&per_speed).filter(|_| seen.len() >= FEW) else {
         return;
     };
     for push in seen {
-        let share = (EXCUSED * usual * push.blow.1 / push.blow.0.max(1e-9)).min(1.0);
+        let share = (EXCUSED * usual * push.blow.speed / push.blow.size.max(1e-9)).min(1.0);
         push.states.iter_mut().for_each(|s| s.ringing *= share);
     }
 }

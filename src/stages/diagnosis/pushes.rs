@@ -5,6 +5,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::Quantity;
 use super::asking::Imagined;
+use super::blows::Blow;
 use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
@@ -62,6 +63,8 @@ pub struct Pushes {
     largest: f64,
     /// The lowest and the highest speed of the tool, m/s.
     paces: [f64; 2],
+    /// How the tool met the bodies, each with the number of the body.
+    pub(super) blows: Vec<(usize, Blow)>,
 }
 
 impl Pushes {
@@ -104,6 +107,7 @@ impl Pushes {
             });
             out.largest = out.largest.max(seen.largest);
             out.bodies.push(index);
+            out.blows.push((index, seen.blow.clone()));
             out.along.push(seen.along);
             out.sheet.groups.push(seen.group());
             out.states.push(seen.states);
@@ -154,6 +158,7 @@ impl Pushes {
             lean,
             largest: 0.0,
             paces: [f64::INFINITY, 0.0],
+            blows: Vec::new(),
         }
     }
 
@@ -270,15 +275,6 @@ fn scatter() -> Vec<Scatter> {
     rows.into_iter().map(one).collect()
 }
 
-/// The force of a tool that pushes along the direction of `friction` where the table adds `table`: what is across is
-/// not the tool's to hold, the body gives way sideways until its friction holds it.
-fn held(friction: &Vector2<f64>, table: &Vector2<f64>) -> Vector2<f64> {
-    let size = friction.norm().max(1e-12);
-    let along = friction / size;
-    let across = along.perp(table).abs().min(0.9 * size);
-    along * ((size * size - across * across).sqrt() + along.dot(table))
-}
-
 impl Family for Pushes {
     fn sheet(&self) -> &Sheet {
         &self.sheet
@@ -322,7 +318,7 @@ impl Family for Pushes {
                 viscous += push_laws::loose(a, states, i, load);
             }
             let force = if s.contact {
-                held(
+                push_laws::held(
                     &(s.force * (level * share * s.loaded) + s.heading * (viscous + s.inertia)),
                     &table,
                 )

@@ -2,8 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use super::breakaway::breakaway_findings;
+use super::coupling::coupling_findings;
+use super::given::{finger_findings, scale_finding};
+use super::joints::joint_findings;
+use super::sinking::sinking_findings;
 use crate::base::Estimate;
-use crate::twin::{CauseOdds, Evidence, Finding, Gain};
+use crate::capture::{Capture, Segmented};
+use crate::twin::{CauseOdds, Evidence, Finding, Gain, Model};
 
 /// What is told.
 pub struct Told<'a> {
@@ -61,4 +67,20 @@ pub fn gain(quantity: &str, unit: &str, [before, after]: [f64; 2], held_out: Vec
         held_out,
         reduction: if before > 0.0 { 1.0 - after / before } else { 0.0 },
     }
+}
+
+/// Findings beside those that were named, which need no ladder of laws.
+pub fn told_by_one_number(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &Model,
+    named: &[Finding],
+) -> Vec<Finding> {
+    let mut findings = joint_findings(capture, segmented, model, named);
+    findings.extend(breakaway_findings(capture, segmented, model, named));
+    findings.extend(coupling_findings(capture, segmented, model));
+    findings.extend(sinking_findings(capture, segmented, model));
+    findings.extend(scale_finding(capture, segmented));
+    findings.extend(finger_findings(capture, segmented, model));
+    findings
 }

@@ -57,8 +57,17 @@ fn a_reading_of_the_room_is_told_from_one_of_the_finger_by_turning_the_tool() {
 }
 
 #[test]
-fn the_curve_of_a_spring_is_told_by_the_depth_that_is_asked_for() {
-    told(30185);
+fn a_drag_is_told_from_friction_of_rate_and_state_by_the_push_that_is_asked_for() {
+    told(74034);
+}
+
+/// Presses at one speed tell the curve of a spring by themselves.
+#[test]
+fn where_a_cause_is_told_no_touch_is_asked_for_it() {
+    let (case, run) = diagnosed(30185);
+    let named: Vec<&str> = run.diagnosis.findings.iter().map(|f| f.cause.as_str()).collect();
+    assert_eq!(named, [case.causes[0].as_str()]);
+    assert!(run.diagnosis.experiments.iter().all(|e| e.touches.is_empty()));
 }
 
 #[test]

@@ -135,16 +135,7 @@ pub fn diagnose(
     };
     base.tests = whiteness(&traces);
     base.tests.extend(curves.tests);
-    let verdict = match verdict(&traces, config) {
-        _ if curves.left => Verdict::Unknown,
-        // What bears on inertia alone is no reason for a force that is off while it slides.
-        Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(&traces, config) => Verdict::Unknown,
-        _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
-        // What was taken out before anything was foretold does not explain what is left.
-        Verdict::Unknown if findings.iter().all(taken_out) => Verdict::Unknown,
-        _ if findings.is_empty() => Verdict::Adequate,
-        _ => Verdict::Explained,
-    };
+    let verdict = verdict_of(&traces, &findings, curves.left, config);
     findings.iter_mut().for_each(leave_room);
     let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
@@ -160,6 +151,20 @@ pub fn diagnose(
         effect_sizes: curves.effect_sizes,
         levels: curves.levels,
     })
+}
+
+/// What is said of all: named causes leave something (`left`), or what is foretold with them is off.
+fn verdict_of(traces: &[Trace], findings: &[Finding], left: bool, config: &Config) -> Verdict {
+    match verdict(traces, config) {
+        _ if left => Verdict::Unknown,
+        // What bears on inertia alone is no reason for a force that is off while it slides.
+        Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(traces, config) => Verdict::Unknown,
+        _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
+        // What was taken out before anything was foretold does not explain what is left.
+        Verdict::Unknown if findings.iter().all(taken_out) => Verdict::Unknown,
+        _ if findings.is_empty() => Verdict::Adequate,
+        _ => Verdict::Explained,
+    }
 }
 
 /// Track and force by two clocks, as the ways, the beginnings and the blows of pushes tell it beside what was found.
@@ -258,12 +263,8 @@ fn name_causes(
         findings.extend(found);
         joint.iter().for_each(|j| loads.of_joint(j, &ladder));
     }
-    findings.extend(
-        pushes
-            .iter()
-            .flat_map(|p| blow_findings(p, findings))
-            .collect::<Vec<_>>(),
-    );
+    let blows = pushes.as_ref().map(|p| blow_findings(p, findings));
+    findings.extend(blows.into_iter().flatten());
     findings.extend(loads.of_rolls(rolls(capture, segmented, model)));
     let tossed = of_all_bodies(capture, model);
     let done = asking::Done {

@@ -14,6 +14,8 @@ pub(super) const BIN: f64 = 0.04;
 /// time that the motion takes from end to end.
 const HALF: [f64; 3] = [0.08, 0.04, 0.4];
 const SHARE: f64 = 0.1;
+/// How far above the usual force a range ends that cuts off the large ones.
+pub(super) const CUTS: f64 = 1.1;
 /// A parent that moves by more than this does not stand, m.
 const STANDS: f64 = 3e-3;
 /// Seconds over which the pose is averaged that a joint's position is counted from.
@@ -107,6 +109,13 @@ pub(super) fn scatter_of(lever: f64) -> Vec<Scatter> {
 }
 
 impl Motions {
+    /// The largest component of the force, N, as it usually is while it moves.
+    pub(super) fn usual(&self) -> f64 {
+        let moving = self.moments.iter().flatten().filter(|m| !m.still);
+        let each: Vec<f64> = moving.map(|m| (m.way * (m.load / m.lever.max(1e-9))).amax()).collect();
+        median(&each).unwrap_or(0.0)
+    }
+
     /// Values of a group's samples while it moves.
     pub(super) fn told(&self, group: usize, value: &dyn Fn(&Moved) -> f64) -> Vec<f64> {
         let each = self.moments[group].iter();

@@ -17,7 +17,7 @@ use super::marginal::weights;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, read, set_in, sliding};
-use super::motion_reads::{BIN, Read, read_all, scatter_of};
+use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
 use super::naming::NAMED;
@@ -358,10 +358,12 @@ impl Family for Motions {
         if weight && !self.weighed { SELDOM } else { 1.0 }
     }
 
-    /// A smaller play is like the start of any motion, where smoothed speeds run ahead.
+    /// A smaller play is like the start of any motion, where smoothed speeds run ahead; a range that ends where the force usually is, is
+    /// friction.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
-        let plays = matches!(self.sheet.laws[law].form, form::BACKLASH | form::BACKLASH_ANEW);
-        plays && values[1].exp() < RESOLVED * self.span
+        let form = self.sheet.laws[law].form;
+        let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW) && values[1].exp() < RESOLVED * self.span;
+        plays || form == form::SATURATION_ROOM && values[0].exp() < CUTS * self.usual()
     }
 
     /// What a play does is close to what friction does that sets in late.

@@ -41,12 +41,14 @@ pub(super) fn poles(form: usize) -> u8 {
     }
 }
 
-/// Below this a lag may be how the tip and what is pressed give, s.
+/// Below this a lag may be how the tip and what is pressed give, s, and a step at contact how the surface is met, N.
 const SLIGHT: f64 = 15.5e-3;
+const STEP: f64 = 0.1;
 
-/// Whether a law of a lag is of one that tells nothing.
+/// Whether a law is of so little that it tells nothing.
 pub(super) fn slight(form: usize, values: &[f64]) -> bool {
-    poles(form) > 0 && values.first().is_some_and(|lag| *lag < SLIGHT)
+    let below = |least: f64| values.first().is_some_and(|value| value.abs() < least);
+    (poles(form) > 0 && below(SLIGHT)) || (form == self::form::PRELOAD && below(STEP))
 }
 
 /// One pole: what it reads, and what it followed last, N.

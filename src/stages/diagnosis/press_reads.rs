@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::predict::Scene;
-use super::presses::{BIN, PARTS};
+use super::presses::{BIN, Moment, PARTS};
 use crate::capture::ToolShape;
 use crate::math::{freed, interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};
@@ -30,6 +30,9 @@ pub(super) struct Read {
     pub told_by: f64,
 }
 
+/// How near to the surface, m, and by how much its depth changes within it, where a sample is taken in parts.
+const MEETS: f64 = 4e-4;
+const PASSES: f64 = 5e-5;
 /// Force, in standard deviations, below which nothing is felt.
 const FREE: f64 = 1.5;
 /// Seconds of one sample where the surface is looked for.
@@ -90,6 +93,26 @@ impl Read {
     }
 }
 
+impl Read {
+    /// Its moments, from `zero` (s) on, with the force of each, N: those near the surface and in it.
+    pub fn moments(&self, zero: f64) -> (Vec<Moment>, Vec<f64>) {
+        let n = self.time.len();
+        let rate = |i: usize| {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
+            (self.travel[b] - self.travel[a]) / (self.time[b] - self.time[a]).max(1e-6)
+        };
+        let moment = |i: usize| Moment {
+            time: self.time[i] - zero,
+            step: if i > 0 { self.time[i] - self.time[i - 1] } else { 0.0 },
+            depth: self.travel[i] - self.contact,
+            rate: rate(i),
+            parts: meeting(self.parts[i].map(|p| p - self.contact)),
+        };
+        let near = (0..n).map(|i| (moment(i), self.force[i]));
+        near.filter(|(m, _)| m.depth.is_finite() && m.depth > -0.02).unzip()
+    }
+}
+
 /// How far the surface of a tool that stands upright is below its origin, m.
 fn below(shape: &ToolShape) -> f64 {
     match shape {
@@ -98,6 +121,14 @@ fn below(shape: &ToolShape) -> f64 {
         ToolShape::Cylinder { half_height, .. } => *half_height,
         ToolShape::Mesh(_) => 0.0,
     }
+}
+
+/// Depths in parts of a sample near the surface.
+fn meeting(parts: [f64; PARTS]) -> Option<[f64; PARTS]> {
+    let (low, high) = parts
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+    (low < MEETS && high > -MEETS && high - low > PASSES && parts.iter().all(|p| p.is_finite())).then_some(parts)
 }
 
 /// Where a force begins to rise for good.

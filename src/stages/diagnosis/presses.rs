@@ -27,12 +27,10 @@ const SURFACE: f64 = 5e-5;
 /// Log standard deviation of a body's stiffness, and of that of a spot about it.
 const STIFF: [f64; 2] = [0.5, 0.08];
 
+/// Force, N, by which the plain model may be off where the tool has met the surface, and the way over which that comes up, m.
+const STEP: (f64, f64) = (0.04, 5e-5);
 /// Parts of a sample in which the tool meets the surface or leaves it: its mean force is not that at its mean depth.
 pub(super) const PARTS: usize = 5;
-/// How near to the surface, m, and by how much its depth changes within it, where a sample is taken in parts.
-const MEETS: f64 = 4e-4;
-const PASSES: f64 = 5e-5;
-
 /// One moment of a press.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
@@ -69,14 +67,6 @@ impl Moment {
             .flat_map(move |p| (0..PARTS).map(move |k| part(k, p)));
         one.into_iter().chain(several)
     }
-}
-
-/// Depths in parts of a sample near the surface.
-fn meeting(parts: [f64; PARTS]) -> Option<[f64; PARTS]> {
-    let (low, high) = parts
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    (low < MEETS && high > -MEETS && high - low > PASSES && parts.iter().all(|p| p.is_finite())).then_some(parts)
 }
 
 /// All presses of one capture.
@@ -138,6 +128,8 @@ impl Known {
         }
         // Path and force of the tool are read by different instruments.
         base.push(Parameter::amplitude("delay", "s", 0.003));
+        // How a tip meets a surface is not quite that of a spring.
+        base.push(Parameter::amplitude("step", "N", STEP.0));
         base
     }
 }
@@ -238,23 +230,7 @@ impl Presses {
 
     fn add(&mut self, read: &Read, zero: f64, known: &mut Known) {
         let contact = read.contact;
-        let n = read.time.len();
-        let rate = |i: usize| {
-            let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
-            (read.travel[b] - read.travel[a]) / (read.time[b] - read.time[a]).max(1e-6)
-        };
-        let all = (0..n).map(|i| Moment {
-            time: read.time[i] - zero,
-            step: if i > 0 { read.time[i] - read.time[i - 1] } else { 0.0 },
-            depth: read.travel[i] - contact,
-            rate: rate(i),
-            parts: meeting(read.parts[i].map(|p| p - contact)),
-        });
-        let moments: Vec<Moment> = all.filter(|m| m.depth.is_finite() && m.depth > -0.02).collect();
-        let force: Vec<f64> = (0..n)
-            .filter(|i| (read.travel[*i] - contact) > -0.02)
-            .map(|i| read.force[i])
-            .collect();
+        let (moments, force) = read.moments(zero);
         // The last sample above the surface has all of its neighbours on the way down.
         let above = moments.iter().position(|m| m.depth > 0.0).map(|i| i.saturating_sub(1));
         self.met.push(Met {
@@ -286,14 +262,13 @@ impl Presses {
         let change = (0..force.len())
             .map(|i| if starts[i] { 0.0 } else { force[i] - force[i - 1] })
             .collect();
-        let wanders = |m: &Moment| {
+        let off = moments.iter().map(|m| {
             if m.depth > 0.0 {
                 read.stiffness * read.wanders
             } else {
                 0.0
             }
-        };
-        let off = moments.iter().map(wanders);
+        });
         let aside = force.iter().zip(off).map(|(f, off)| (EVEN * f).hypot(off)).collect();
         let loads = Channel {
             kind: 0,
@@ -361,15 +336,17 @@ impl Family for Presses {
         let stiffness = self.stiffness[body] * level.exp();
         let past = self.past(group, active);
         let mut memory = Memory::new(stiffness, self.deepest, past);
-        let delay = base[base.len() - 1];
+        let [delay, step] = [base[base.len() - 2], base[base.len() - 1]];
         // What is read late tells the surface late.
         let late = self.met[group].late(stiffness, delay, active);
         let read = self.moments[group].iter().map(|m| {
             let count = if m.parts.is_some() { PARTS } else { 1 };
-            let each = m
-                .each()
-                .map(|m| memory.force(&m, scatter[0] - late + delay * m.rate, active));
-            each.sum::<f64>() / count as f64
+            let one = |m: Moment| {
+                let shift = scatter[0] - late + delay * m.rate;
+                let meets = step * (1.0 - (-(m.depth - shift).max(0.0) / STEP.1).exp());
+                memory.force(&m, shift, active) + meets
+            };
+            m.each().map(one).sum::<f64>() / count as f64
         });
         let mut out: Vec<f64> = read.map(|f| f + scatter[1]).collect();
         let face = &base[bodies + self.all_spots + 3 * body..][..3];

@@ -6,6 +6,7 @@ use super::evidence::{leave_one_out, paired};
 use super::family::Family;
 use super::fit::{Fit, fit};
 use super::leftover::left_over;
+use super::named::values;
 use super::naming::{Climb, EFFECTS, NAMED, Taken, taken_up};
 use super::screen::{Candidate, stands};
 use super::together::together;
@@ -27,7 +28,11 @@ impl Climb<'_> {
             return;
         };
         let causes: Vec<&str> = both.laws.iter().map(|l| self.cause(*l)).collect();
-        if of_one_form(&causes) {
+        let slight = |law: &usize| {
+            let own: Vec<f64> = values(family, &both, *law).iter().map(|v| v.0).collect();
+            family.negligible(*law, &own)
+        };
+        if of_one_form(&causes) || both.laws.iter().any(slight) {
             return;
         }
         let [with, without] = [&both, &self.full].map(|f| leave_one_out(family, f));

@@ -2,7 +2,7 @@
 
 /// Causes whose laws differ only in form: what one of them leaves behind, since nature's form is a little another, looks
 /// like the next.
-const ALIKE: [&[&str]; 7] = [
+const ALIKE: [&[&str]; 8] = [
     &["magnet", "bump", "friction-patch", "hidden-body"],
     // Pushes that set out from one place: what happens there and what happens at first.
     &[
@@ -14,6 +14,7 @@ const ALIKE: [&[&str]; 7] = [
         "hidden-body",
     ],
     &["support-tilt", "gravity-error", "tether"],
+    &["softening-by-use", "snap-through"],
     &[
         "hardening-stiffness",
         "second-stage",

@@ -208,7 +208,11 @@ fn history_laws() -> Vec<Law> {
             "guide-friction",
             form::GUIDE_HELD,
             vec![Parameter::positive("Fc", "N", 0.4)],
-            vec![Parameter::scale("over", "m", 5e-5, 0.8)],
+            // What turns over a longer way is no dry friction.
+            vec![Parameter {
+                high: 2.5e-4_f64.ln(),
+                ..Parameter::scale("over", "m", 5e-5, 0.8)
+            }],
             logs(&[5e-5]),
             "a constant friction opposes going in and coming out",
         ),

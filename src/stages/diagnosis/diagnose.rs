@@ -251,12 +251,9 @@ fn name_causes(
     for (family, joint) in families.chain(of_joints) {
         let Some(ladder) = climb(family, config) else { continue };
         untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
-        let feigned = family.feigned(&ladder.full);
-        findings.retain(|f| {
-            !feigned
-                .iter()
-                .any(|(cause, place)| f.cause == *cause && f.place == *place)
-        });
+        for (cause, place) in family.feigned(&ladder.full) {
+            findings.retain(|f| f.cause != cause || f.place != place);
+        }
         let found = beside(loads.named(family, &ladder), findings);
         let found = placed(found, &mut loads.profiles, thing_of(family, capture));
         asked.extend(found.iter().filter_map(|f| asking::asked(family, &ladder, f)));

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use palpate::base::{Estimate, Progress, Seed};
-use palpate::lab::{Scene, synthesise};
+use palpate::lab::{Scene, hide_by_word, scene_named, synthesise};
 use palpate::pipeline::{Options, Pass, build};
 
 /// A box that is pushed from two sides: `direction` is the angle between the push and the face's normal, rad.
@@ -69,4 +69,29 @@ fn a_finger_that_slides_tells_its_friction() {
         assert!(holds(&said, friction), "{friction}: {said:?}");
         assert!((said.value / friction - 1.0).abs() < 0.15, "{friction}: {said:?}");
     }
+}
+
+/// Fingers that slide too slowly for it to be seen: the lab's pushes off the middle turn the box away from under them, or do not.
+#[test]
+fn where_only_the_paths_tell_that_a_finger_slid_its_steepest_force_is_its_friction() {
+    let probed = |seed: u64| {
+        let mut scene = scene_named("probe-pushes").expect("a built-in scene");
+        scene.hide = hide_by_word(&scene, "tool-friction:0.8", Seed(seed)).expect("a cause that it can hide");
+        let made = synthesise(&scene, Path::new("."), Seed(seed), &Progress::silent()).expect("made");
+        let factor = made.truth.cause_parameters["tool-friction"]["factor"];
+        let run = build(&made.capture, &Options::default(), &Progress::silent()).expect("a run");
+        let said = run.model.twin.link("box").and_then(|l| l.friction.tool.clone());
+        (said.expect("something is said of the finger"), 0.4 * factor)
+    };
+    let (slides, truth) = probed(4);
+    assert!(
+        truth < 0.3 && slides.is_measured() && holds(&slides, truth),
+        "{truth}: {slides:?}"
+    );
+    assert!((slides.value / truth - 1.0).abs() < 0.1, "{truth}: {slides:?}");
+    let (sticks, truth) = probed(1);
+    assert!(
+        truth > 0.6 && !sticks.is_measured() && holds(&sticks, truth),
+        "{truth}: {sticks:?}"
+    );
 }

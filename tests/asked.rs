@@ -10,7 +10,7 @@ mod scenes;
 use std::path::Path;
 
 use palpate::base::{Progress, Seed};
-use palpate::lab::synthesise;
+use palpate::lab::{HideSpec, synthesise};
 use palpate::pipeline::{Options, Run, build};
 use parted::Parted;
 use scenes::{Case, Sort, case};
@@ -89,4 +89,28 @@ fn where_no_touch_tells_none_is_asked_for() {
         open.parts.iter().any(|p| p == "gravity-error") && open.touches.is_empty(),
         "{open:?}"
     );
+}
+
+/// A density that is not even, and a centre that is off alone: what hangs on the tool and is twisted resists by its yaw inertia.
+#[test]
+fn a_twist_aloft_tells_an_uneven_density_from_an_offset_centre() {
+    let hidden = [
+        ("nonuniform-density", 79014, 2.76),
+        ("com-offset", 79004, 1.63),
+        ("com-offset", 79005, 1.3),
+    ];
+    for (cause, number, strength) in hidden {
+        let mut case = case(number, Some(Sort::Clean));
+        case.scene.hide = vec![HideSpec {
+            cause: cause.into(),
+            strength,
+            seed: number * 4,
+        }];
+        let made = synthesise(&case.scene, Path::new("."), Seed(number), &Progress::silent()).expect("a capture");
+        let run = build(&made.capture, &Options::default(), &Progress::silent()).expect("a twin");
+        let parted = parted::parted(&case.scene, number, &run.diagnosis, cause, &Options::default());
+        let parted = parted.expect("two causes that are not told apart");
+        assert!(parted.right && parted.after == Some(1), "{cause} {number}: {parted:?}");
+        assert!(parted.done[0].contains("twisted"), "{parted:?}");
+    }
 }

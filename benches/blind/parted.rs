@@ -98,7 +98,11 @@ fn in_short(t: &AskedTouch) -> String {
         1e3 * t.travel,
         1e3 * t.speed,
         if t.down > 0.0 { " down" } else { "" },
-        if t.turned > 0.0 { " turned" } else { "" }
+        match (t.turned > 0.0, t.kind.as_str()) {
+            (true, "lift") => " twisted",
+            (true, _) => " turned",
+            (false, _) => "",
+        }
     )
 }
 
@@ -127,6 +131,16 @@ fn action(touch: &AskedTouch, name: String) -> ActionSpec {
             down: touch.down,
             arc: touch.back,
             back: touch.back,
+            held_out: false,
+        },
+        "lift" => ActionSpec::Lift {
+            name,
+            target,
+            at: touch.start,
+            height: touch.travel,
+            speed: touch.speed,
+            hold: touch.duration,
+            twist: touch.turned,
             held_out: false,
         },
         _ => ActionSpec::Push {

@@ -81,7 +81,10 @@ impl Checker<'_> {
                 self.not_negative(&format!("{place}.hold"), *hold)?;
                 self.tool(&format!("{place}.tool"), tool)
             }
-            ActionSpec::Lift { hold, .. } => self.not_negative(&format!("{place}.hold"), *hold),
+            ActionSpec::Lift { hold, twist, .. } => {
+                self.not_negative(&format!("{place}.twist"), *twist)?;
+                self.not_negative(&format!("{place}.hold"), *hold)
+            }
             ActionSpec::Tilt { axis, limit, .. } => {
                 self.direction(&format!("{place}.axis"), *axis)?;
                 if axis[2].abs() > 1e-9 || *limit > 1.4 {

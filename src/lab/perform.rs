@@ -215,7 +215,7 @@ impl<'a> Stage<'a> {
             return false;
         }
         let (here, there) = (wielding.drive.moves.at(time), wielding.drive.moves.at(soon));
-        let at_rest = here == there && here.1 == 0.0;
+        let at_rest = here == there && here.1 == 0.0 && !wielding.drive.twists(time, soon);
         let tool = wielding.drive.frame(time);
         at_rest || (!hand.holds() && hand.clearance(&tool, &self.world.bodies) > 1e-3 + 2.0 * READING * here.1.abs())
     }

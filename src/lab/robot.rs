@@ -130,6 +130,7 @@ impl LabRig {
                 height: travel,
                 speed,
                 hold: touch.duration,
+                twist: 0.0,
                 held_out,
             },
             Kind::Tilt => ActionSpec::Tilt {

@@ -119,7 +119,7 @@ pub enum ActionSpec {
         #[serde(default)]
         held_out: bool,
     },
-    /// The tool grips the body at `at`, raises it by `height`, waits, lowers it.
+    /// The tool grips the body at `at`, raises it by `height`, waits, twists it, lowers it.
     Lift {
         /// Unique name.
         name: String,
@@ -135,6 +135,9 @@ pub enum ActionSpec {
         /// Seconds of waiting at the top.
         #[serde(default = "one_second")]
         hold: f64,
+        /// Angle by which it is then twisted about the vertical, twice to and fro, rad.
+        #[serde(default)]
+        twist: f64,
         /// Keep it for checking.
         #[serde(default)]
         held_out: bool,

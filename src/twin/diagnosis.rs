@@ -221,7 +221,7 @@ pub struct Experiment {
 /// the same.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AskedTouch {
-    /// `push`, `pull` or `press`.
+    /// `push`, `pull`, `press` or `lift`.
     pub kind: String,
     /// Body or link.
     pub target: String,
@@ -241,7 +241,8 @@ pub struct AskedTouch {
     /// With which force the tool presses down what it moves, N.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub down: f64,
-    /// By how much the tool is turned about the support's normal from how it was held before, rad.
+    /// By how much the tool is turned about the support's normal from how it was held before, rad; in a lift, by how much what
+    /// hangs on it is twisted to and fro, twice.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub turned: f64,
     /// The tool goes back the same way.

@@ -256,6 +256,12 @@ def tin(rng, effects):
         if check:
             held.add(f"push-{i:02d}")
     pose[:], pushing[0] = [np.zeros(2), yaw], False
+    if bench.twists:
+        bench.begin("lift", 2.0)
+        bench.act, (path, twist) = act_held, w.twist_path(0.06)
+        grip = bench.grip(["tin"], "tin", np.r_[0, 0, half_height], path, False, twist=twist)
+        bench.keep("lift-01", "lift", "tin", grip)
+        bench.act = act
     truth = {"bodies": {"tin": {"mass": mass, "friction_static": mu, "friction_kinetic": mu, "com": [*map(float, com), 0],
                                 "inertia": [*inertia, 0, 0, 0]}}}
     mesh = drum_mesh(half[0], half_height) if round_ else box_mesh(half)

@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 """judge_worlds.py PALPATE OUT [FIRST_SEED COUNT [views]]: makes captures with MuJoCo as the world, reconstructs them and prints the errors.
 
+Then three tins that are lifted and twisted (an offset centre, a yaw inertia that is not the shape's, nothing): their yaw inertia
+has to be measured to 3 % and the first cause that is named has to be the one that is hidden.
+
 Fails where a relation or a joint type is wrong, where a cause is named (nothing is hidden; a joint's damping may be told
 as one) or a verdict is not as it should be, or where mass, friction or stiffness is off by more than 10 % while
 its interval does not hold the truth. With FIRST_SEED and COUNT, known shapes of those seeds (tins, pads and hinges in turn)
@@ -9,6 +12,7 @@ how often its interval holds the truth, and fails where those called measured ho
 import collections, json, os, statistics, subprocess, sys
 
 CASES = [("tin", 201), ("tin", 202), ("pad", 203), ("stack", 204), ("glued", 205), ("hinge", 206)]
+TWISTED = [("none", 29101), ("com-offset", 29102), ("yaw-inertia", 29103)]
 TURNS = ("tin", "pad", "tin", "pad", "hinge")
 SEEN = ("tin", "pad", "stack", "glued", "hinge", "drawer", "bars")
 OWN = ("joint-damping", "elastic-damping")  # what the truth itself tells of a joint or a pad
@@ -42,6 +46,28 @@ def judged(twin):
         diagnosis = json.load(file)
     named = [f["cause"] for f in diagnosis["findings"] if f["cause"] not in OWN]
     return diagnosis["verdict"], named
+
+
+def twisted(palpate, maker, out):
+    """How many of the twisted tins are told wrong."""
+    bad = 0
+    for hidden, seed in TWISTED:
+        capture, twin = f"{out}/twisted-{seed}", f"{out}/twisted-{seed}-twin"
+        made = run(sys.executable, maker, capture, "--kind", "tin", "--seed", str(seed), "--hide", hidden, "--twist")
+        built = run(palpate, "reconstruct", capture, "--out", twin, "-q")
+        if made.returncode or built.returncode:
+            print(f"twisted-{seed}: {made.stderr.strip()} {built.stderr.strip()}")
+            bad += 1
+            continue
+        with open(f"{twin}/twin.json") as file, open(f"{capture}/truth.json") as truth:
+            inertia = json.load(file)["bodies"][0]["links"][0]["inertia"]
+            true = json.load(truth)["bodies"]["tin"]["inertia"][2]
+        verdict, named = judged(twin)
+        off = inertia["value"][2] / true - 1
+        bad += inertia["status"] != "measured" or abs(off) > 0.03 or (named[:1] or ["none"]) != [hidden]
+        print(f"twisted-{seed}: yaw inertia {inertia['status']}, off by {off:+.4f} of {true:.3e} kg m2; hidden {hidden}, "
+              f"named {' '.join(named) or 'none'}, {verdict}", flush=True)
+    return bad
 
 
 def main():
@@ -83,8 +109,7 @@ def main():
         bad += bool(wrong or named) if many else bool(wrong or far or named or verdict == "unknown")
     for (kind, verdict), n in sorted(verdicts.items()):
         print(f"{kind}: {verdict} {n}")
-    if many:
-        bad += summed(rows) < 0.9
+    bad += summed(rows) < 0.9 if many else twisted(palpate, maker, out)
     return 1 if bad else 0
 
 

@@ -57,6 +57,7 @@ class World:
     """One scene: its MJCF, its noise, and the recorder of interactions."""
 
     tip_springs = (1500, 4000)  # N/m, of the springs that carry its tip
+    twists = False  # whether a tin is lifted once more and twisted
 
     def __init__(self, bodies, pairs, rng, gravity_comp_tip=True, extra=""):
         self.rng = rng
@@ -187,8 +188,9 @@ class World:
 
         return self.run(data, times[-1], tracked, drive, observe)
 
-    def grip(self, tracked, body, point, waypoints, pivot, stiffness=4000.0):
-        """A tool that holds `point` of `body` (body frame) and follows `[(time, offset), ...]` from 0.35 s on."""
+    def grip(self, tracked, body, point, waypoints, pivot, stiffness=4000.0, twist=None):
+        """A tool that holds `point` of `body` (body frame) and follows `[(time, offset), ...]` from 0.35 s on, turned about the
+        vertical by `twist(time)`."""
         data = self.fresh()
         b = self.model.body(body).id
         place = lambda d: d.xpos[b] + d.xmat[b].reshape(3, 3) @ point  # noqa: E731
@@ -210,7 +212,8 @@ class World:
                 if not pivot:
                     turn, vector = np.zeros(4), np.zeros(3)
                     mujoco.mju_negQuat(turn, data.xquat[b])
-                    mujoco.mju_quat2Vel(vector, quat_multiply(upright, turn), 1.0)
+                    aim = quat_multiply(quat_about([0, 0, 1], twist(t)), upright) if twist else upright
+                    mujoco.mju_quat2Vel(vector, quat_multiply(aim, turn), 1.0)
                     inertia = mass * 0.03**2
                     wrench[3:] = 4.0 * vector - 2 * np.sqrt(4.0 * inertia) * spin[:3]
             data.xfrc_applied[b, :3] = wrench[:3]
@@ -248,6 +251,14 @@ def lift_path(height, speed=0.08):
     """Rest (not yet held until 0.35 s), up, hold."""
     up = height / speed
     return [(0.35, [0, 0, 0]), (0.4, [0, 0, 0]), (0.4 + up, [0, 0, height]), (1.6 + up, [0, 0, height])]
+
+
+def twist_path(height, angle=0.4, rate=1.3, count=3, speed=0.08):
+    """Rest, up, hold, then to and fro about the vertical so many times (rate in Hz): offsets, and the angle by time."""
+    start = 0.4 + height / speed + 0.6
+    end = start + count / rate
+    turn = lambda t: angle * np.sin(2 * np.pi * rate * (min(max(t, start), end) - start))  # noqa: E731
+    return [*lift_path(height, speed)[:-1], (end + 0.3, [0, 0, height])], turn
 
 
 def box_geom(name, half, mass, at=(0, 0, 0), color="0.7 0.3 0.3 1"):
@@ -645,12 +656,16 @@ def main():
     parser.add_argument("--kind", choices=[*KINDS, "toss", "ball"], required=True)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--firm-finger", action="store_true", help="its tip on springs of 15 to 30 kN/m, for 1.5 to 4")
+    parser.add_argument("--twist", action="store_true", help="lift a tin with a hidden effect (or none) once more and twist it")
     parser.add_argument("--views", action="store_true")
     parser.add_argument("--hide", metavar="CAUSE[:STRENGTH]", help="hide effects in the world or its sensors")
     options = parser.parse_args()
     if options.firm_finger:
         import hidden_scenes  # whose `World` is that of the module, not of the script
         World.tip_springs = hidden_scenes.w.World.tip_springs = (15000, 30000)
+    if options.twist:
+        import hidden_scenes
+        hidden_scenes.w.World.twists = True
     if options.kind == "toss":
         options.hide = options.hide or "none"
     if options.hide and options.views and options.kind in ("toss", "ball"):

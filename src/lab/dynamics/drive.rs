@@ -118,13 +118,28 @@ pub(crate) struct Drive {
     pub rotation: UnitQuaternion<f64>,
     pub course: Course,
     pub moves: Moves,
+    /// Angle about the vertical by which the tool is turned on its way, rad.
+    pub twist: Option<Moves>,
 }
 
 impl Drive {
     /// The tool at a time.
     pub fn frame(&self, time: f64) -> Frame {
         let (travel, rate) = self.moves.at(time);
-        self.frame_at(travel, rate)
+        let mut frame = self.frame_at(travel, rate);
+        if let Some(twist) = &self.twist {
+            let (angle, spin) = twist.at(time);
+            frame.rotation = UnitQuaternion::from_scaled_axis(Vector3::z() * angle) * frame.rotation;
+            frame.matrix = frame.rotation.to_rotation_matrix().into_inner();
+            frame.angular_velocity += Vector3::z() * spin;
+        }
+        frame
+    }
+
+    /// Whether it twists at one of two times.
+    pub fn twists(&self, time: f64, soon: f64) -> bool {
+        let twist = self.twist.as_ref();
+        twist.is_some_and(|t| t.at(time) != t.at(soon) || t.at(time).1 != 0.0)
     }
 
     /// The tool at a travel.

@@ -18,6 +18,9 @@ const ATTACH: f64 = 0.3;
 /// Mean acceleration of the tool, m/s², and of the support, rad/s².
 pub(super) const GENTLE: f64 = 0.5;
 const TURNING: f64 = 1.0;
+/// Fastest spin of what is twisted, rad/s, its mean acceleration, rad/s², and how long it rests afterwards, s.
+const TWISTING: (f64, f64) = (3.0, 20.0);
+const PAUSE: f64 = 0.3;
 /// How far above the contact a press starts, m.
 const ABOVE: f64 = 0.015;
 /// The ball that stands for a hand that grips or pins, m.
@@ -215,6 +218,7 @@ fn pull(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         rotation: UnitQuaternion::identity(),
         course,
         moves,
+        twist: None,
     };
     script.wielding = Some(Wielding {
         down: *down,
@@ -293,6 +297,7 @@ fn press(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         rotation: UnitQuaternion::identity(),
         course: Course::Line { direction: down },
         moves: sink.rest(*hold).leg(-ABOVE, 0.0, speed, GENTLE, GENTLE),
+        twist: None,
     };
     script.duration = drive.moves.end() + AFTER;
     script.wielding = Some(Wielding {
@@ -318,6 +323,7 @@ fn lift(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         height,
         speed,
         hold,
+        twist,
         held_out,
     } = action
     else {
@@ -329,7 +335,9 @@ fn lift(scene: &Scene, action: &ActionSpec) -> Result<Script> {
         positive(scene, name, "speed", *speed)?,
     );
     let up = Moves::from(0.0).rest(BEFORE).leg(height, 0.0, speed, GENTLE, GENTLE);
-    let moves = up.rest(*hold).leg(0.0, 0.0, speed, GENTLE, GENTLE);
+    let twist = twisting(*twist, up.end() + *hold);
+    let aloft = twist.as_ref().map_or(*hold, |t| t.end() - up.end() + PAUSE);
+    let moves = up.rest(aloft).leg(0.0, 0.0, speed, GENTLE, GENTLE);
     let release = moves.end() + 0.2;
     script.duration = release + AFTER;
     let drive = Drive {
@@ -339,9 +347,20 @@ fn lift(scene: &Scene, action: &ActionSpec) -> Result<Script> {
             direction: Vector3::z(),
         },
         moves,
+        twist,
     };
     script.wielding = Some(holding(drive, false, (ATTACH, release)));
     Ok(script)
+}
+
+/// Twice to and fro by an angle, from a time on.
+fn twisting(angle: f64, from: f64) -> Option<Moves> {
+    let swing = |moves: Moves, to: f64| moves.leg(to, 0.0, TWISTING.0, TWISTING.1, TWISTING.1);
+    (angle > 0.0).then(|| {
+        [angle, -angle, angle, -angle, 0.0]
+            .into_iter()
+            .fold(Moves::from(0.0).rest(from), swing)
+    })
 }
 
 fn tilt(scene: &Scene, action: &ActionSpec) -> Result<Script> {

@@ -65,6 +65,7 @@ pub(super) fn push(scene: &Scene, action: &ActionSpec, solids: &[&Solid]) -> Res
         rotation,
         course: Course::Line { direction },
         moves: Moves::default(),
+        twist: None,
     };
     if let Some(touched) = solids
         .iter()

@@ -27,7 +27,7 @@ use super::sensor_lag::lag_of;
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
-use super::uneven::{spun, uneven, yaw_findings};
+use super::uneven::{spun, twisted, uneven, yaw_findings};
 use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
@@ -295,13 +295,19 @@ fn name_causes(
 
 /// What fast pushes have told, and could tell, of the body whose centre is not where its shape has it.
 fn spinning(capture: &Capture, model: &Model, findings: &[Finding]) -> asking::Done {
-    let Some(name) = centre_of(findings) else {
-        return asking::Done::default();
-    };
-    asking::Done {
-        spins: asking::spins(model, &support_normal(capture, model), name),
-        spun: spun(capture, model, name),
+    let done = asking::Done {
+        twisted: model.twin.links().any(|(_, l)| twisted(model, &l.name)),
         ..asking::Done::default()
+    };
+    let Some(name) = centre_of(findings) else {
+        return done;
+    };
+    let up = support_normal(capture, model);
+    asking::Done {
+        spins: asking::spins(model, &up, name),
+        spun: spun(capture, model, name),
+        twist: asking::twist(capture, &up, name, twisted(model, name)),
+        ..done
     }
 }
 

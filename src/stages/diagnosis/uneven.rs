@@ -11,8 +11,9 @@ use crate::twin::{CauseOdds, Finding, Link, Model};
 
 /// Standard deviations from that of the shape from which on it counts, p below 6e-7.
 const CLEAR: f64 = 5.0;
-/// How an inertia is called that fast pushes told, and one that the shape gave.
+/// How an inertia is called that fast pushes told, or a twist aloft, and one that the shape gave.
 const SPUN: &str = "push-spin";
+const TWISTED: &str = "lift-twist";
 const GUESSED: &str = "shape-uniform-density";
 /// What a mesh leaves open of the inertia of its shape, and the least share that counts.
 const SHAPE: f64 = 0.02;
@@ -74,6 +75,11 @@ impl<'a> Yaw<'a> {
     }
 }
 
+/// Whether touches told it.
+fn touched(inertia: &Estimate<[f64; 6]>) -> bool {
+    inertia.is_measured() && [SPUN, TWISTED].iter().any(|m| inertia.method.starts_with(m))
+}
+
 /// Bodies that resist being spun about the support's normal more, or less, than their shape at uniform density does.
 pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
     let up = support_normal(capture, model).into_inner();
@@ -81,7 +87,7 @@ pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
         let yaw = Yaw::of(link, model, &up)?;
         let Yaw { of, off, sd } = yaw;
         let clear = off.abs() >= (CLEAR * sd).max(TURNS);
-        if !(clear && of.method.starts_with(SPUN) && of.is_measured()) {
+        if !(clear && touched(of)) {
             return None;
         }
         let told = Told {
@@ -108,7 +114,13 @@ pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
 pub fn spun(capture: &Capture, model: &Model, name: &str) -> bool {
     let up = support_normal(capture, model).into_inner();
     let yaw = model.twin.link(name).and_then(|link| Yaw::of(link, model, &up));
-    yaw.is_some_and(|y| y.of.is_measured() && y.of.method.starts_with(SPUN) && y.sd < WELL)
+    yaw.is_some_and(|y| touched(y.of) && y.sd < WELL)
+}
+
+/// Whether a lift in which it was twisted told the yaw inertia of a thing.
+pub fn twisted(model: &Model, name: &str) -> bool {
+    let inertia = model.twin.link(name).and_then(|link| link.inertia.as_ref());
+    inertia.is_some_and(|i| i.method.starts_with(TWISTED))
 }
 
 /// A centre of mass that is not the shape's and a yaw inertia that is not either are one thing: a density that is not even.
@@ -121,7 +133,8 @@ pub fn uneven(capture: &Capture, model: &Model, findings: &mut [Finding]) {
         let Some(link) = model.twin.link(&offset.place) else {
             continue;
         };
-        let Some(yaw) = Yaw::of(link, model, &up).filter(|y| [SPUN, GUESSED].iter().any(|m| y.of.method.contains(m)))
+        let Some(yaw) =
+            Yaw::of(link, model, &up).filter(|y| [SPUN, TWISTED, GUESSED].iter().any(|m| y.of.method.contains(m)))
         else {
             continue;
         };

@@ -123,10 +123,10 @@ pub(super) fn fill_inertial(link: &mut Link, before: &Before, facts: Option<&Fac
             "shape-uniform-density",
         ));
     }
-    let spins = facts.map_or(&[][..], |f| &f.spins);
+    let (spins, twists) = facts.map_or((&[][..], &[][..]), |f| (&f.spins, &f.twists));
     let Some(shape) = shape else { return };
     // Where pushes make no sense together, the shape still stands.
-    if write_inertia(link, before, spins, shape).is_none() {
-        write_inertia(link, before, &[], shape);
+    if write_inertia(link, before, (spins, twists), shape).is_none() {
+        write_inertia(link, before, (&[], twists), shape);
     }
 }

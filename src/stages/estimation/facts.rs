@@ -19,6 +19,7 @@ use super::rolling::tumbles;
 use super::shoved::shoved;
 use super::spin::Spun;
 use super::tilt::{Slide, slide_of};
+use super::twist::{Twist, twisted};
 use crate::base::Notices;
 use crate::capture::{Capture, Interaction, Kind, Phase, PhaseKind, Segmented};
 use crate::twin::{Model, Twin};
@@ -38,6 +39,8 @@ pub(super) struct Facts {
     pub shoved: Vec<Accelerated>,
     /// What those say of how it turns.
     pub spins: Vec<Spun>,
+    /// Lifts in which it was twisted about the vertical.
+    pub twists: Vec<Twist>,
     /// Where the starts of their fits ended.
     pub basins: Vec<(String, Vec<Basin>)>,
     /// Pushes in which the link moved alone.
@@ -68,6 +71,7 @@ impl Facts {
         self.accelerated.extend(other.accelerated);
         self.shoved.extend(other.shoved);
         self.spins.extend(other.spins);
+        self.twists.extend(other.twists);
         self.basins.extend(other.basins);
         self.pushes.extend(other.pushes);
         self.shared.extend(other.shared);
@@ -193,6 +197,9 @@ fn read_one(
         Kind::Lift => {
             let found = weigh(interaction, cut, link, &ground.gravity, config.force_gain_sd());
             facts.weighings.extend(found.clone());
+            let alone = found.as_ref().is_some_and(|w| w.along.is_empty());
+            let twist = || twisted(interaction, cut, link, &ground.gravity, config.force_gain_sd());
+            facts.twists.extend(alone.then(twist).flatten());
             found.is_some()
         }
         Kind::Tilt => {

@@ -20,9 +20,9 @@ pub(super) struct Weighing {
 }
 
 /// The quiet stretch at the top: off the support, the tool (nearly) at rest, or else all of the time aloft.
-struct Aloft {
-    start: f64,
-    end: f64,
+pub(super) struct Aloft {
+    pub start: f64,
+    pub end: f64,
 }
 
 fn height(interaction: &Interaction, up: &Vector3<f64>, track: &str) -> (Vec<f64>, Vec<f64>) {
@@ -32,7 +32,13 @@ fn height(interaction: &Interaction, up: &Vector3<f64>, track: &str) -> (Vec<f64
     })
 }
 
-fn aloft(interaction: &Interaction, segmented: &Segmented, up: &Vector3<f64>, target: &str) -> Option<Aloft> {
+/// From when to when `target` hangs on the tool.
+pub(super) fn aloft(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    up: &Vector3<f64>,
+    target: &str,
+) -> Option<Aloft> {
     let (time, height) = height(interaction, up, target);
     let slide = segmented.of(PhaseKind::Slide).next()?;
     let before = time.partition_point(|t| *t < slide.start).max(1);

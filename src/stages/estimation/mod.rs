@@ -56,6 +56,7 @@ mod tilt;
 mod together;
 mod toss;
 mod turning;
+mod twist;
 mod whole;
 
 pub use action::{action_of, first_rest, rest_pose, start_poses, support_normal};

@@ -1,5 +1,5 @@
 //! Inertia: ten parameters of a body that matter can make, from its shape at uniform density, from what is known of its
-//! mass and centre, and from fast pushes that turned it.
+//! mass and centre, from fast pushes that turned it and from lifts in which it was twisted.
 //!
 //! A fast push tells centre of mass, torsional radius and radius of gyration beside the mass ([`super::shoved`]); here they are
 //! one body's, whatever was pushed how often. What nothing shows keeps the width of its prior.
@@ -10,6 +10,7 @@ use super::coast::Shape;
 use super::pool::relative_sd;
 use super::push::Plane;
 use super::resolve::Before;
+use super::twist::Twist;
 use crate::base::{Estimate, Status};
 use crate::math::{Fit, Settings, levenberg_marquardt};
 use crate::physics::PseudoInertia;
@@ -89,9 +90,10 @@ impl Spun {
     }
 
     /// Their covariance where the moment of friction strays by the share `strays`, of a shape with this torsional radius (m).
-    fn about(&self, strays: f64, torsional_radius: f64) -> SMatrix<f64, 4, 4> {
-        let [middle, radius] = [strays * torsional_radius, strays].map(|s| s * s);
-        self.covariance + SMatrix::from_diagonal(&nalgebra::Vector4::new(middle, middle, radius, 0.0))
+    /// `form` is what the law of pushing leaves open of its radius of gyration.
+    fn about(&self, strays: f64, torsional_radius: f64, form: f64) -> SMatrix<f64, 4, 4> {
+        let [middle, radius, form] = [strays * torsional_radius, strays, form].map(|s| s * s);
+        self.covariance + SMatrix::from_diagonal(&nalgebra::Vector4::new(middle, middle, radius, form))
     }
 
     /// What `at` misses by, in standard deviations.
@@ -116,7 +118,7 @@ const DENSITY: [f64; 3] = [0.15, 0.1, 0.1];
 const LOOSE: f64 = 1.5;
 /// Of the torsional radius about that of an even pressure, which may lie at the rim or about the middle.
 const TORSION: f64 = 0.3;
-/// Residuals that are not of pushes.
+/// Residuals that are of no touch.
 const OWN: usize = 11;
 /// Share of the radius of gyration that the law of pushing (limit surface, rigid contact) leaves open.
 const FORM: f64 = 0.04;
@@ -137,6 +139,7 @@ struct Sought<'a> {
     centroid: Vector3<f64>,
     gyration: f64,
     spins: &'a [Spun],
+    twists: &'a [Twist],
     /// Share by which the moment of friction strays (1 sd), and the shape's torsional radius, m.
     strays: f64,
     torsional_radius: f64,
@@ -151,7 +154,13 @@ impl Sought<'_> {
         let mut out = vec![2.0 * (x[0] - self.prior.0[0]) / self.mass_sd];
         let off = [1, 2, 3].map(|k| x[k] - self.prior.0[k]);
         let middle = off.iter().sum::<f64>() / 3.0;
-        let [all, each, _] = DENSITY.map(|d| if self.spins.is_empty() { d } else { LOOSE * d });
+        let [all, each, _] = DENSITY.map(|d| {
+            if self.spins.is_empty() && self.twists.is_empty() {
+                d
+            } else {
+                LOOSE * d
+            }
+        });
         let common = all.hypot(each / 3.0_f64.sqrt());
         out.push(middle / common);
         out.extend([
@@ -164,16 +173,23 @@ impl Sought<'_> {
         }
         out.extend((0..3).map(|k| (x[7 + k] - self.centre.0[k]) / self.centre.1[k]));
         out.push(x[10] / TORSION);
+        out.extend(self.twists.iter().map(|t| t.misses(&body)));
         for spun in self.spins {
             let plane = Plane::of(spun.normal);
             let off = plane.flat(&(body.com() - self.centroid));
             let rho = (body.gyration_radius(&spun.normal) / self.gyration).ln();
             let at = nalgebra::Vector4::new(off.x, off.y, x[10], rho);
-            let covariance = spun.about(self.strays, self.torsional_radius);
+            let covariance = self.about(spun);
             let misses = spun.misses(2.0 * x[0], &at, covariance) / self.doubt;
             out.extend(misses.iter());
         }
         DVector::from_vec(out)
+    }
+
+    /// Where a lift told how it turns, what the law of pushing leaves open is weighed against it.
+    fn about(&self, spun: &Spun) -> SMatrix<f64, 4, 4> {
+        let form = if self.twists.is_empty() { 0.0 } else { FORM };
+        spun.about(self.strays, self.torsional_radius, form)
     }
 
     fn fit(&self) -> Option<Fit> {
@@ -192,7 +208,7 @@ impl Sought<'_> {
             let log = 0.5 * f64::from(half_doublings) * std::f64::consts::LN_2;
             self.strays = STRAYS.0 * log.exp();
             let Some(fit) = self.fit() else { continue };
-            let about = |s: &Spun| size(s.about(self.strays, self.torsional_radius).determinant());
+            let about = |s: &Spun| size(self.about(s).determinant());
             let wide: f64 = self.spins.iter().map(about).sum();
             let before = 0.5 * (log / STRAYS.1).powi(2);
             let lost = fit.cost + wide + before - size(fit.covariance.determinant());
@@ -209,9 +225,15 @@ impl Sought<'_> {
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 /// Writes the inertia of a link whose mass and centre are written, and its centre where pushes that turned it know that better.
-pub(super) fn write_inertia(link: &mut Link, before: &Before, spins: &[Spun], shape: &Shape) -> Option<()> {
+pub(super) fn write_inertia(
+    link: &mut Link,
+    before: &Before,
+    (spins, twists): (&[Spun], &[Twist]),
+    shape: &Shape,
+) -> Option<()> {
     let (mass, com, solid) = (link.mass.clone()?, link.com.clone()?, before.solid.as_ref()?);
-    let normal = spins.first().map_or(Vector3::z(), |s| s.normal);
+    let mut normals = twists.iter().map(|t| t.normal).chain(spins.iter().map(|s| s.normal));
+    let normal = normals.next().unwrap_or(Vector3::z());
     let (centroid, spread) = before.centre();
     let uniform = solid.inertia * (mass.value / solid.volume);
     let centre = Vector3::from(com.value);
@@ -222,23 +244,24 @@ pub(super) fn write_inertia(link: &mut Link, before: &Before, spins: &[Spun], sh
         centroid: centroid.coords,
         gyration: shape.gyration_radius,
         spins,
+        twists,
         strays: STRAYS.0,
         torsional_radius: shape.torsional_radius,
         doubt: 1.0,
     };
     let mut fit = sought.settle()?;
     // Pushes that disagree beyond their own noise are trusted the less, all of them.
-    let apart: f64 = fit.residuals.iter().skip(OWN).map(|r| r * r).sum();
+    let apart: f64 = fit.residuals.iter().skip(OWN + twists.len()).map(|r| r * r).sum();
     let excess = apart / (4.0 * spins.len() as f64 - 2.0).max(1.0);
     if excess > 1.0 {
         sought.doubt = excess.sqrt();
         fit = sought.fit()?;
     }
-    let told = !spins.is_empty() && mass.status != Status::Assumed;
-    if told {
+    let weighed = mass.status != Status::Assumed;
+    if weighed && !spins.is_empty() {
         write_centre(link, &com, &fit, (&spread, &normal), spins);
     }
-    link.inertia = Some(inertia(&fit, &mass, spins, &normal, told));
+    link.inertia = Some(inertia(&fit, &mass, &sought, &normal, weighed));
     Some(())
 }
 
@@ -298,8 +321,9 @@ fn joined(from: &[String], spins: &[Spun]) -> Vec<String> {
     out
 }
 
-/// The inertia of a fit; measured where pushes tell that about the support's normal.
-fn inertia(fit: &Fit, mass: &Estimate, spins: &[Spun], normal: &Vector3<f64>, told: bool) -> Estimate<[f64; 6]> {
+/// The inertia of a fit; measured where pushes or lifts tell that about the support's normal.
+fn inertia(fit: &Fit, mass: &Estimate, sought: &Sought, normal: &Vector3<f64>, weighed: bool) -> Estimate<[f64; 6]> {
+    let Sought { spins, twists, .. } = sought;
     let body = |x: &DVector<f64>| PseudoInertia(std::array::from_fn(|k| x[k]));
     let flat = |m: &Matrix3<f64>| ENTRIES.map(|at| m[at]);
     let value = flat(&body(&fit.x).inertia());
@@ -318,7 +342,13 @@ fn inertia(fit: &Fit, mass: &Estimate, spins: &[Spun], normal: &Vector3<f64>, to
         slopes[(6, k)] = (up.1 - down.1) / (2.0 * step);
     }
     let spread = &slopes * &fit.covariance * slopes.transpose();
-    let form = |k: usize| if spins.is_empty() { 0.0 } else { 2.0 * FORM * value[k] };
+    // Where a lift told it, that doubt is in the fit.
+    let law = if spins.is_empty() || !twists.is_empty() {
+        0.0
+    } else {
+        FORM
+    };
+    let form = |k: usize| 2.0 * law * value[k];
     let sd: [f64; 6] = std::array::from_fn(|k| spread[(k, k)].max(0.0).sqrt().hypot(form(k)));
     let open = DENSITY[0].hypot(DENSITY[1] / 2.0_f64.sqrt());
     // Matter has no moment of inertia below nought: those intervals are of logarithms, as their unknowns are.
@@ -330,9 +360,17 @@ fn inertia(fit: &Fit, mass: &Estimate, spins: &[Spun], normal: &Vector3<f64>, to
             [value[k] - 1.96 * sd[k], value[k] + 1.96 * sd[k]]
         }
     });
-    if told && spread[(6, 6)].max(0.0).sqrt().hypot(FORM) < TOLD * open {
-        let method = "push-spin about the support's normal; the other axes from the shape";
-        return Estimate::measured(value, sd, "kg·m²", joined(&mass.from, spins), method).with_interval(ends);
+    let told = weighed && !(spins.is_empty() && twists.is_empty());
+    if told && spread[(6, 6)].max(0.0).sqrt().hypot(law) < TOLD * open {
+        let twisting = twists.iter().map(|t| &t.interaction);
+        let mut from = joined(&mass.from, spins);
+        from.extend(twisting.filter(|n| !mass.from.contains(n)).cloned());
+        let method = if twists.is_empty() {
+            "push-spin about the support's normal; the other axes from the shape"
+        } else {
+            "lift-twist about the vertical; the other axes from the shape"
+        };
+        return Estimate::measured(value, sd, "kg·m²", from, method).with_interval(ends);
     }
     Estimate {
         from: mass.from.clone(),

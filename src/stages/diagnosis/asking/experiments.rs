@@ -144,6 +144,10 @@ const ENOUGH: f64 = 0.6;
 const SPIN: &str = "push the body fast and off its middle, three times on either side, and let it spin until it rests: how soon it \
                     stops spinning tells its yaw inertia";
 
+/// How to tell it with a hand that lifts and feels torques.
+const TWIST: &str = "lift the body and twist it to and fro about the vertical: how hard it resists tells its yaw inertia, without \
+                     friction";
+
 /// What to do where fast pushes have told it as well as they can.
 const HANG: &str = "hang the body from three threads of one length and time how it twists to and fro: its yaw inertia goes with the \
                     square of that time, and fast pushes have told it as well as they can";
@@ -162,9 +166,13 @@ pub struct Done {
     /// How many joints there are.
     pub joints: usize,
     pub tossed: bool,
+    /// Something was twisted while it hung on the tool.
+    pub twisted: bool,
     /// Fast pushes off the middle that could be made next, and whether such pushes have told a yaw inertia well.
     pub spins: Vec<AskedTouch>,
     pub spun: bool,
+    /// A lift with a twist that could be made next.
+    pub twist: Option<AskedTouch>,
 }
 
 /// What the motions of joints show.
@@ -235,8 +243,14 @@ fn not_shown(done: &Done) -> Vec<(&'static [&'static str], &'static str)> {
     if done.pushed {
         out.push((&["force-gain"], "hang a known weight on the tool"));
         out.push((
-            &["yaw-inertia", "contact-law"],
-            "spin it and let it coast, push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
+            &["contact-law"],
+            "push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
+        ));
+    }
+    if done.pushed && !done.twisted {
+        out.push((
+            &["yaw-inertia"],
+            "lift it and twist it to and fro about the vertical, or spin it and let it coast",
         ));
     }
     if done.pushed && !done.loaded {
@@ -274,14 +288,16 @@ pub fn experiments(findings: &[Finding], asked: &[Asked], untestable: &BTreeSet<
         let Some((_, words)) = PARTING.iter().max_by_key(share).filter(|s| share(s) > 1) else {
             continue;
         };
+        let (words, touches) = match (*words == SPIN, &done.twist, done.spun) {
+            (true, Some(twist), _) => (TWIST, vec![twist.clone()]),
+            (true, None, true) => (HANG, Vec::new()),
+            (true, None, false) => (SPIN, done.spins.clone()),
+            (false, ..) => (*words, Vec::new()),
+        };
         // A test that leaves one of them tells all of it.
         out.push(Experiment {
-            words: if *words == SPIN && done.spun { HANG } else { words }.into(),
-            touches: if *words == SPIN && !done.spun {
-                done.spins.clone()
-            } else {
-                Vec::new()
-            },
+            words: words.into(),
+            touches,
             parts,
             bits: Some(bits),
         });

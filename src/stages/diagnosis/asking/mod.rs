@@ -10,4 +10,4 @@ mod words;
 
 pub use experiments::{Done, experiments};
 pub use imagined::{Imagined, asked};
-pub use spins::spins;
+pub use spins::{spins, twist};

@@ -1,7 +1,9 @@
-//! Fast pushes off the middle, after which a thing spins until it rests.
+//! What tells a yaw inertia: a twist of what hangs on the tool, or fast pushes off the middle, after which a thing spins until it
+//! rests.
 
 use nalgebra::Vector3;
 
+use crate::capture::{Capture, Interaction, Kind};
 use crate::stages::estimation::push_lines;
 use crate::twin::{AskedTouch, Model};
 
@@ -12,6 +14,32 @@ const TRAVEL: f64 = 0.05;
 const SPEED: f64 = 0.25;
 /// How many are asked for.
 const COUNT: usize = 6;
+
+/// Height to which it is lifted, m, speed, m/s, time for which it hangs still first, s, and angle of the twist, rad.
+const HEIGHT: f64 = 0.04;
+const LIFTING: f64 = 0.05;
+const HANGS: f64 = 0.5;
+const ANGLE: f64 = 0.4;
+
+/// A lift like one that was made, in which the thing is twisted; nothing where it was not lifted by what feels torques, or has
+/// been twisted already (`told`).
+pub fn twist(capture: &Capture, normal: &Vector3<f64>, name: &str, told: bool) -> Option<AskedTouch> {
+    let feels = |i: &&Interaction| i.force.as_ref().is_some_and(|f| f.torque.is_some());
+    let of_it = |i: &&Interaction| i.kind == Kind::Lift && i.target.as_deref() == Some(name);
+    let lift = capture.fitted().filter(of_it).find(feels).filter(|_| !told)?;
+    let start = *lift.tool_path.as_ref()?.position.first()?;
+    Some(AskedTouch {
+        kind: "lift".into(),
+        target: name.into(),
+        start: start.into(),
+        direction: (*normal).into(),
+        travel: HEIGHT,
+        speed: LIFTING,
+        duration: HANGS,
+        turned: ANGLE,
+        ..AskedTouch::default()
+    })
+}
 
 /// Those that would tell the yaw inertia of a thing that was pushed; `normal` is the support's.
 pub fn spins(model: &Model, normal: &Vector3<f64>, name: &str) -> Vec<AskedTouch> {

@@ -24,6 +24,17 @@ pub fn words_of(touch: &AskedTouch) -> String {
             heading(touch),
             if touch.back { " and back" } else { "" }
         ),
+        "lift" if touch.turned != 0.0 => {
+            return format!(
+                "{words}lift {}{} by {travel:.0} mm at {} mm/s, let it hang for {:.1} s and twist it twice to and fro about the \
+                 vertical by {:.0} degrees",
+                touch.target,
+                place(touch),
+                short(speed),
+                touch.duration,
+                touch.turned.to_degrees()
+            );
+        }
         _ => format!(
             "push {}{} by {travel:.0} mm at {} mm/s{}",
             touch.target,
@@ -85,6 +96,18 @@ mod tests {
             words_of(&touch),
             "leave box alone for 60 s and push box at (-45, 0, 20) mm by 50 mm at 6.0 mm/s towards 270 degrees, the tool \
              turned by 90 degrees about the vertical"
+        );
+        let lift = AskedTouch {
+            kind: "lift".into(),
+            wait: 0.0,
+            duration: 0.5,
+            turned: 0.4,
+            ..touch
+        };
+        assert_eq!(
+            words_of(&lift),
+            "lift box at (-45, 0, 20) mm by 50 mm at 6.0 mm/s, let it hang for 0.5 s and twist it twice to and fro about the \
+             vertical by 23 degrees"
         );
     }
 }

@@ -84,13 +84,15 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         .filter(|c| !c.starts_with("outside"))
         .cloned()
         .collect();
-    let (mut size, mut oracle) = (None, None);
+    let (mut size, mut oracle, mut best, mut short) = (None, None, None, None);
     let (mut struck, mut declared, mut parted_from) = (None, None, None);
     if let ([cause], false) = (told.as_slice(), case.sort == Sort::Clean) {
         let knowing = only(vec![cause.clone()])?;
         size = knowing.effect_sizes.get(cause.as_str()).copied();
         oracle = gain_of(&knowing.diagnosis);
+        best = Some(knowing.log_likelihood);
     }
+    let mut stood_in = Vec::new();
     let (mut visible, mut smaller) = (None, None);
     if case.sort == Sort::Pair {
         let knowing = only(told.clone())?;
@@ -106,6 +108,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
             .map(|c| (*c).to_owned());
         let without = only(others.collect())?;
         let named = names(&without.diagnosis);
+        stood_in = named.iter().map(|n| n.join(" or ")).collect();
         struck = Some(named.is_empty() || without.diagnosis.verdict != Verdict::Explained);
         // The whole catalogue tells both, as what these data cannot part.
         let sets = names(&run.diagnosis);
@@ -117,6 +120,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         declared = struck.map(|unsure| unsure || mimic.is_some_and(beside));
         let nearest = without.effect_sizes.values().copied().fold(0.0, f64::max);
         parted_from = Some(0.5 * (d * d - nearest * nearest));
+        short = best.map(|best| best - without.log_likelihood);
     }
     Some(Seen {
         sort: case.sort,
@@ -126,8 +130,10 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         size,
         oracle,
         struck,
+        stood_in,
         declared,
         parted_from,
+        short,
         visible,
         smaller,
         asked,

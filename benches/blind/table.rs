@@ -70,10 +70,14 @@ pub struct Seen {
     pub oracle: Option<f64>,
     /// With the true cause struck from the list: no name, or not one that stands alone.
     pub struck: Option<bool>,
+    /// What was named then.
+    pub stood_in: Vec<String>,
     /// That, or the name is one that the whole catalogue tells beside the true cause.
     pub declared: Option<bool>,
     /// By how much the true cause fits better than any single other does, nats.
     pub parted_from: Option<f64>,
+    /// By how much the true cause fits better than all that was named once it was struck, nats.
+    pub short: Option<f64>,
     /// Of a pair: a diagnosis that was told both causes, and no other, names both.
     pub visible: Option<bool>,
     /// Of a pair: the smaller of the two effect sizes, each over the plain model; nothing where one is not fitted by likelihood.
@@ -111,13 +115,24 @@ impl Seen {
             format!("{:?}", self.verdict).to_lowercase(),
             named.join("; "),
             match (self.struck, self.visible) {
-                (Some(false), _) => " (struck: a mimic)",
-                (_, Some(true)) => " (both can be seen)",
-                _ => "",
+                (Some(false), _) => self.mimic(),
+                (_, Some(true)) => " (both can be seen)".into(),
+                _ => String::new(),
             },
             self.asked.as_ref().map_or_else(String::new, came_of),
             self.seconds
         )
+    }
+
+    /// What stood in for the true cause when that was struck from the list.
+    fn mimic(&self) -> String {
+        let short = self.short.map_or_else(String::new, |n| format!(", {n:.1} nats short"));
+        let declared = if self.declared == Some(true) {
+            ", told beside it"
+        } else {
+            ""
+        };
+        format!(" (struck: {}{short}{declared})", self.stood_in.join("; "))
     }
 
     fn first_right(&self) -> bool {
@@ -247,6 +262,12 @@ pub fn print_table(all: &[Seen]) {
         "  of those where no other cause fits within 5 nats of it",
         "-",
         &all.iter().filter(seen).filter_map(|s| s.struck).collect::<Vec<_>>(),
+    );
+    let misfits = |s: &&Seen| s.short.is_some_and(|nats| nats > MISFIT);
+    share(
+        "  of those where what was named fits 5 nats worse (visible misfit)",
+        ">= 0.8",
+        &all.iter().filter(misfits).filter_map(|s| s.struck).collect::<Vec<_>>(),
     );
     let both = |s: &Seen| s.causes.iter().all(|c| s.named.iter().flatten().any(|n| n == c));
     share(

@@ -83,6 +83,23 @@ const MISSHAPEN: (f64, f64, f64) = (0.2, 0.05, 0.02);
 /// Causes whose laws are smooth in speed: two of them take any form.
 const OF_SPEED: [&str; 3] = ["velocity-weakening-friction", "viscous-friction", "rate-state-friction"];
 
+/// Causes whose laws bend the curve of a spring: two of them take any form.
+const OF_DEPTH: [&str; 4] = [
+    "hardening-stiffness",
+    "second-stage",
+    "power-law-stiffness",
+    "snap-through",
+];
+
+/// Two of these causes that together take any form, so that a third one of their kind would do as well.
+pub fn of_any_form<'a>(causes: &[&'a str]) -> Option<[&'a str; 2]> {
+    let classes: [&[&str]; 3] = [&LOCAL[..3], &OF_SPEED, &OF_DEPTH];
+    classes.into_iter().find_map(|class| {
+        let own: Vec<&str> = causes.iter().copied().filter(|c| class.contains(c)).collect();
+        (own.len() > 1).then(|| [own[0], own[1]])
+    })
+}
+
 /// Whether a cause acts at one place and nowhere else.
 pub fn acts_at_a_place(cause: &str) -> bool {
     LOCAL.contains(&cause)
@@ -116,6 +133,13 @@ pub fn may_be_form<'a>(cause: &str, gain: f64, whole: bool, mut taken: impl Iter
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_laws_of_one_curve_take_any_form() {
+        let told = of_any_form(&["preload", "hardening-stiffness", "second-stage"]);
+        assert_eq!(told, Some(["hardening-stiffness", "second-stage"]));
+        assert!(of_any_form(&["hardening-stiffness", "elastic-damping", "bump"]).is_none());
+    }
 
     #[test]
     fn what_a_large_effect_leaves_is_no_second_one() {

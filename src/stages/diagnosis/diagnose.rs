@@ -44,6 +44,8 @@ pub struct Diagnosed {
     pub traces: Vec<Trace>,
     /// Effect size of each cause of which a law was fitted beside the plain model: `sqrt(2 (ll − ll of the plain model))`.
     pub effect_sizes: BTreeMap<&'static str, f64>,
+    /// Penalised marginal log-likelihood of all that was fitted with what was named, nats: for models of one capture.
+    pub log_likelihood: f64,
     /// What numbers of the twin are beside the effects that were named.
     pub levels: Vec<Level>,
 }
@@ -55,6 +57,7 @@ impl Diagnosed {
             diagnosis: nothing_named(BaseFit::default(), Verdict::Unknown),
             traces: Vec::new(),
             effect_sizes: BTreeMap::new(),
+            log_likelihood: 0.0,
             levels: Vec::new(),
         }
     }
@@ -149,6 +152,7 @@ pub fn diagnose(
         diagnosis,
         traces,
         effect_sizes: curves.effect_sizes,
+        log_likelihood: curves.log_likelihood,
         levels: curves.levels,
     })
 }
@@ -295,19 +299,13 @@ fn name_causes(
 
 /// What fast pushes have told, and could tell, of the body whose centre is not where its shape has it.
 fn spinning(capture: &Capture, model: &Model, findings: &[Finding]) -> asking::Done {
-    let done = asking::Done {
+    let (name, up) = (centre_of(findings), support_normal(capture, model));
+    asking::Done {
+        spins: name.map_or_else(Vec::new, |n| asking::spins(model, &up, n)),
+        spun: name.is_some_and(|n| spun(capture, model, n)),
+        twist: name.and_then(|n| asking::twist(capture, &up, n, twisted(model, n))),
         twisted: model.twin.links().any(|(_, l)| twisted(model, &l.name)),
         ..asking::Done::default()
-    };
-    let Some(name) = centre_of(findings) else {
-        return done;
-    };
-    let up = support_normal(capture, model);
-    asking::Done {
-        spins: asking::spins(model, &up, name),
-        spun: spun(capture, model, name),
-        twist: asking::twist(capture, &up, name, twisted(model, name)),
-        ..done
     }
 }
 

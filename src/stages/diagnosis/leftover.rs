@@ -1,6 +1,7 @@
 //! What named causes leave: the tests by which a cause that only mimics the true one is found out.
 
 use super::Quantity;
+use super::alike::of_any_form;
 use super::family::Family;
 use super::fit::Fit;
 use super::structure::structure;
@@ -45,6 +46,7 @@ pub fn left_over(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidenc
         .or_else(|| running(family, plain, full))
         .or_else(|| trending(family, full))
         .or_else(|| smooth(family, plain, full))
+        .or_else(|| feigned(family, plain, full))
 }
 
 fn evidence(residual: &str, test: &str, (statistic, p_value): (f64, f64), words: String) -> Evidence {
@@ -283,6 +285,19 @@ fn smooth(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
             format!("what is left still depends on {on}: the causes named are not the whole"),
         )
     })
+}
+
+/// Two laws of one kind fit what a third of that kind would.
+fn feigned(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
+    let causes: Vec<&str> = full.laws.iter().map(|l| family.laws()[*l].cause).collect();
+    let [first, second] = of_any_form(&causes)?;
+    let gain = full.objective - plain.objective;
+    Some(evidence(
+        &format!("what {first} and {second} explain"),
+        "two laws of one kind",
+        (gain, (-gain).exp()),
+        format!("{first} and {second} together take any form: another cause of their kind would do as well"),
+    ))
 }
 
 #[cfg(test)]

@@ -37,6 +37,7 @@ pub(super) struct Loads {
     /// Named causes leave something that has no name.
     pub left: bool,
     pub effect_sizes: BTreeMap<&'static str, f64>,
+    pub log_likelihood: f64,
     pub levels: Vec<Level>,
     /// Interactions after which a body rolled on.
     pub rolled: Vec<String>,
@@ -101,8 +102,9 @@ impl Loads {
         rolls.findings
     }
 
-    /// The largest effect size of each cause, over its forms and the kinds of experiment.
+    /// The largest effect size of each cause, over its forms and the kinds of experiment, and how well all is fitted.
     fn note(&mut self, family: &dyn Family, ladder: &Ladder) {
+        self.log_likelihood += ladder.full.objective;
         for (law, size) in ladder.effect_sizes() {
             let own = self.effect_sizes.entry(family.laws()[law].cause).or_insert(0.0);
             *own = own.max(size);

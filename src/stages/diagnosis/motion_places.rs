@@ -4,6 +4,9 @@ use super::family::{Law, Parameter};
 use super::motion_laws::{Maker, form, units};
 use super::motions::Scale;
 
+/// Widest notch, as a share of the way that is seen.
+const WIDEST: f64 = 0.25;
+
 /// Laws that act at one place.
 pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     let [effort, _, _, per_place] = units(s.turns);
@@ -16,11 +19,15 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         high: to,
         ..Parameter::place(name, 0.5 * (from + to), (0.4 * (to - from)).max(1e-6))
     };
-    let shares = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85];
-    let notches = shares
+    let notches = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85]
         .iter()
         .flat_map(|x| [0.06f64, 0.13].map(|w| vec![low + x * span, (w * span).ln()]));
     let stop = |name| Parameter::positive(name, per_place, 4.0 * s.load / span);
+    // What is wider is at no one place.
+    let width = Parameter {
+        high: (WIDEST * span).ln(),
+        ..Parameter::scale("w", unit, 0.1 * span, 0.5)
+    };
     let latch = |form: usize, at: [f64; 2], start: f64| {
         make.law(
             "latch",
@@ -36,19 +43,15 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             "the joint is held at its closed end",
         )
     };
-    let notches: Vec<Vec<f64>> = notches.collect();
     let detent = |form: usize| {
         make.law(
             "detent",
             form,
             (
                 vec![Parameter::amplitude("A", effort, 0.5 * s.load)],
-                vec![
-                    within("qd", low + 0.08 * span, high - 0.08 * span),
-                    Parameter::scale("w", unit, 0.1 * span, 0.5),
-                ],
+                vec![within("qd", low + 0.08 * span, high - 0.08 * span), width.clone()],
             ),
-            notches.clone(),
+            notches.clone().collect(),
             "at one place the joint is held and drawn in from either side",
         )
     };

@@ -26,9 +26,17 @@ fn places(middle: Vector2<f64>, sd: f64) -> Vec<Parameter> {
     vec![x, y]
 }
 
+/// By how much friction is less at one place at most, as a share of it.
+const WEAKEST: f64 = -0.9;
+
 /// Laws of a place on the table start from a grid over where the body was moved.
 pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
     let a = Parameter::amplitude;
+    // Friction of less than nothing would push the body along.
+    let differs = || Parameter {
+        low: WEAKEST,
+        ..a("a", "1", 0.3)
+    };
     let (middle, sd, at) = workspace(pushes);
     let round = || {
         let mut p = places(middle, sd);
@@ -46,7 +54,7 @@ pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "friction-patch",
             "support",
             form::PATCH,
-            vec![a("a", "1", 0.3)],
+            vec![differs()],
             round(),
             grid.clone(),
             "friction differs at one place of the table",
@@ -55,7 +63,7 @@ pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "friction-patch",
             "support",
             form::PATCH_SHARP,
-            vec![a("a", "1", 0.3)],
+            vec![differs()],
             round(),
             grid.clone(),
             "friction differs at one place of the table",

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use super::family::Covariate;
 use super::push_states::State;
 
 /// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
@@ -110,4 +111,31 @@ pub(super) fn windows(
         from = to;
     }
     out
+}
+
+/// A number of every moment of a push, of what it is along and across its way; of the second nothing is said.
+fn column(states: &[State], value: impl Fn(&State) -> f64) -> Vec<f64> {
+    let along = states.iter().map(|s| if s.contact { value(s) } else { f64::NAN });
+    along.chain(states.iter().map(|_| f64::NAN)).collect()
+}
+
+/// What the moments of a push differ in.
+pub fn covariates(states: &[State]) -> Vec<Covariate> {
+    vec![
+        ("speed", "m/s", column(states, |s| s.speed)),
+        ("heading", "rad", column(states, |s| s.heading.y.atan2(s.heading.x))),
+        ("slip since the push began", "m", column(states, |s| s.slip)),
+        ("place along x", "m", column(states, |s| s.at.x)),
+        ("place along y", "m", column(states, |s| s.at.y)),
+        ("time since the capture began", "s", column(states, |s| s.time)),
+        ("waiting time", "s", column(states, |s| s.wait)),
+    ]
+}
+
+/// Slowest speed of which the logarithm says something, m/s.
+const SLOW: f64 = 1e-3;
+
+/// Slow pushes lie far apart only by the logarithm of their speed.
+pub fn besides(states: &[State]) -> Vec<Covariate> {
+    vec![("logarithm of speed", "1", column(states, |s| s.speed.max(SLOW).ln()))]
 }

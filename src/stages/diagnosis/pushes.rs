@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use super::Quantity;
 use super::asking::Imagined;
 use super::blows::Blow;
-use super::family::{Active, ChannelKind, Family, Parameter, Scatter, Sheet};
+use super::family::{Active, ChannelKind, Covariate, Family, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
@@ -17,7 +17,7 @@ use super::push_motion::paces;
 use super::push_plane::{lean_of, origin_of, plane_of};
 use super::push_states::{Observed, State, excuse_blows};
 use super::push_touches::Ready;
-use super::push_windows::{USUAL, WIDTH};
+use super::push_windows::{USUAL, WIDTH, besides, covariates};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
@@ -378,20 +378,11 @@ impl Family for Pushes {
         self.sheet.scatter[0].tau * self.scale()
     }
 
-    fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
-        let states = &self.states[group];
-        let of = |value: &dyn Fn(&State) -> f64| {
-            let along = states.iter().map(|s| if s.contact { value(s) } else { f64::NAN });
-            along.chain(states.iter().map(|_| f64::NAN)).collect::<Vec<f64>>()
-        };
-        vec![
-            ("speed", "m/s", of(&|s| s.speed)),
-            ("heading", "rad", of(&|s| s.heading.y.atan2(s.heading.x))),
-            ("slip since the push began", "m", of(&|s| s.slip)),
-            ("place along x", "m", of(&|s| s.at.x)),
-            ("place along y", "m", of(&|s| s.at.y)),
-            ("time since the capture began", "s", of(&|s| s.time)),
-            ("waiting time", "s", of(&|s| s.wait)),
-        ]
+    fn covariates(&self, group: usize) -> Vec<Covariate> {
+        covariates(&self.states[group])
+    }
+
+    fn besides(&self, group: usize) -> Vec<Covariate> {
+        besides(&self.states[group])
     }
 }

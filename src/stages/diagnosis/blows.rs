@@ -19,6 +19,8 @@ const SCATTER: f64 = 0.03;
 const WHOLE: f64 = 0.6;
 /// Wait before the first push over all others' from which on it may be ageing.
 const LONGER: f64 = 1.5;
+/// Share of the speed of the first push that another one has to come to.
+const AS_FAST: f64 = 0.9;
 /// Other causes of a force that comes up late or falls while it slides.
 const OTHERS: [&str; 6] = [
     "static-ageing",
@@ -43,10 +45,32 @@ pub struct Blow {
     pub came: f64,
     /// What comes after, N.
     pub level: f64,
+    /// Rate at which the body swings on the tool, as the force rose, rad/s.
+    pub swings: f64,
     /// How long it had rested, s.
     pub wait: f64,
     /// Nothing had moved it before.
     pub first: bool,
+}
+
+impl Blow {
+    /// Speed with which it was met, m/s: a tool that goes on slower than it came tells it by the body.
+    fn pace(&self) -> f64 {
+        self.came.max(self.speed)
+    }
+}
+
+/// Speed from which on a push tells how a body swings on the tool, m/s.
+const TELLS: f64 = 0.025;
+/// A part that swings as the whole does on the tool, within this of its logarithm, and is this share of it at least, is the whole.
+const AS_THE_WHOLE: f64 = 0.5;
+const NEARLY_ALL: f64 = 0.6;
+
+/// Whether a loose mass of this `share` and `rate` (rad/s) is but the body on a tool that gives.
+pub fn swings_on_the_tool<'a>(blows: impl Iterator<Item = &'a Blow>, share: f64, rate: f64) -> bool {
+    let fast = blows.filter(|b| b.pace() > TELLS && b.swings > 0.0);
+    let whole = median(&fast.map(|b| b.swings).collect::<Vec<f64>>());
+    whole.is_some_and(|w| share > NEARLY_ALL && (rate / w).ln().abs() < AS_THE_WHOLE)
 }
 
 /// What sets the overshoot of a body's pushes apart, where nothing is `named` that would.
@@ -72,10 +96,14 @@ fn bond(all: &[&Blow]) -> Option<Finding> {
     if others.len() + 1 < FEWEST || others.iter().all(|b| LONGER * b.wait < first.wait) {
         return None;
     }
-    let per_speed = median(&others.iter().map(|b| b.over / b.came).collect::<Vec<_>>())?;
-    let left: Vec<f64> = others.iter().map(|b| b.over - per_speed * b.came).collect();
+    // Overshoots grow faster than speed where what comes after is short: nothing is told beyond what was seen.
+    if others.iter().all(|b| b.pace() < AS_FAST * first.pace()) {
+        return None;
+    }
+    let per_speed = median(&others.iter().map(|b| b.over / b.pace()).collect::<Vec<_>>())?;
+    let left: Vec<f64> = others.iter().map(|b| b.over - per_speed * b.pace()).collect();
     let scatter = mad_sd(&left)?.hypot(SCATTER * first.level);
-    let swing = per_speed * first.came;
+    let swing = per_speed * first.pace();
     let beyond = first.over - swing;
     let excess = (first.over.powi(2) - swing.powi(2)).max(0.0).sqrt();
     // None of the others comes near.
@@ -121,6 +149,7 @@ mod tests {
                 speed,
                 came: speed,
                 level: 3.0,
+                swings: 0.0,
                 wait: [10.0, 3.0, 30.0][k % 3],
                 first: k == 0,
                 size: 0.0,
@@ -140,6 +169,10 @@ mod tests {
         let force = &found.parameters["Fg"];
         let [low, high] = force.ci95.expect("an interval");
         assert!(low < 2.0 && 2.0 < high, "{low} to {high}");
+        // Nothing after it was as fast.
+        let mut fast = blows(2.0);
+        fast[0].speed = 0.12;
+        assert!(bond(&fast.iter().collect::<Vec<&Blow>>()).is_none());
         // A much longer wait than any other's may have aged it.
         let mut rested = blows(2.0);
         rested[0].wait = 100.0;

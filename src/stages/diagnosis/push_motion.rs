@@ -31,6 +31,7 @@ pub fn impact(time: &[f64], force: &[Vector3<f64>], (motion, end): (&Motion, f64
         over: steady.map_or(0.0, |s| highest(OVERSHOOTS) - s),
         level: steady.unwrap_or(0.0),
         speed,
+        swings: (rate / speed / mass).sqrt(),
         ..Blow::default()
     }
 }

@@ -5,8 +5,10 @@ use crate::math::median;
 /// Seconds of one sample, and over which it is looked at.
 pub const BIN: f64 = 0.004;
 const LASTS: f64 = 0.4;
-/// Rates that are tried, rad/s (a slower swing is the body's own), and times in which it dies down to a third, s.
+/// Rates that are tried, rad/s (a slower swing is the body's own, unless it swings as slowly on the tool: down to this share of
+/// that), and times in which it dies down to a third, s.
 const RATES: [f64; 2] = [60.0, 700.0];
+const SOFT: (f64, f64) = (0.75, 25.0);
 const STEPS: usize = 36;
 const DECAYS: [f64; 5] = [0.01, 0.02, 0.04, 0.08, 0.16];
 /// Time in which what does not ring changes, s.
@@ -30,9 +32,9 @@ pub struct Ringing {
 }
 
 impl Ringing {
-    /// That of one push, from the force along it (N) after `onset` (s); nothing where the tool and the body part, so that it
-    /// is no oscillation.
-    pub fn of(time: &[f64], force: &[f64], onset: f64, end: f64) -> Option<Self> {
+    /// That of one push, from the force along it (N) from `onset` to the end (s), of a body that should swing on the tool at the
+    /// rate `swings` (rad/s); nothing where the tool and the body part, so that it is no oscillation.
+    pub fn of(time: &[f64], force: &[f64], [onset, end]: [f64; 2], swings: f64) -> Option<Self> {
         let steady: Vec<f64> = (0..time.len())
             .filter(|i| time[*i] > 0.5 * (onset + end) && time[*i] < end)
             .map(|i| force[i])
@@ -49,9 +51,10 @@ impl Ringing {
         }
         let slow = |t: f64| [(-t / SLOW).exp(), 1.0];
         let without = left(&rows, &|t| slow(t).to_vec()).map(|l| l.0)?;
+        let slowest = (SOFT.0 * swings).max(SOFT.1).min(RATES[0]);
         let mut best: Option<(f64, Self)> = None;
         for k in 0..STEPS {
-            let rate = RATES[0] * (RATES[1] / RATES[0]).powf(k as f64 / (STEPS - 1) as f64);
+            let rate = slowest * (RATES[1] / slowest).powf(k as f64 / (STEPS - 1) as f64);
             for decay in DECAYS {
                 let columns = |t: f64| {
                     let fades = (-t / decay).exp();
@@ -119,7 +122,7 @@ mod tests {
             2.0 + ring + 0.2 * (-t / 0.5).exp() * (22.0 * t).sin()
         };
         let force: Vec<f64> = time.iter().map(force).collect();
-        let found = Ringing::of(&time, &force, 0.0, 2.0).expect("a ringing");
+        let found = Ringing::of(&time, &force, [0.0, 2.0], 500.0).expect("a ringing");
         assert!(
             (found.rate - 120.0).abs() < 10.0 && (found.size - 1.5).abs() < 0.4,
             "{found:?}"
@@ -133,6 +136,6 @@ mod tests {
             .iter()
             .map(|t| (2.0 + 4.0 * (-t / 0.1).exp() * (60.0 * t).sin()).max(0.0))
             .collect();
-        assert!(Ringing::of(&time, &force, 0.0, 2.0).is_none());
+        assert!(Ringing::of(&time, &force, [0.0, 2.0], 500.0).is_none());
     }
 }

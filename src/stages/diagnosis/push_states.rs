@@ -154,7 +154,7 @@ impl Observed {
             first: last.is_none(),
             ..impact(&time, &force, (&motion, touched.1), onset, mass)
         };
-        let rings = ringing(scene, &flat, &along, onset, touched.1);
+        let rings = ringing(scene, &flat, &along, [onset, touched.1], blow.swings);
         for s in states.iter_mut().filter(|s| s.contact) {
             let since = s.time + zero - onset;
             s.ringing = rings.map_or(blow.size * (-since / RINGING).exp(), |r| UNEVEN * r.envelope(since));
@@ -205,12 +205,12 @@ fn ringing(
     scene: &Scene,
     flat: &dyn Fn(&Vector3<f64>) -> Vector2<f64>,
     along: &Vector2<f64>,
-    onset: f64,
-    end: f64,
+    within: [f64; 2],
+    swings: f64,
 ) -> Option<Ringing> {
     let (time, force, _) = scene.raw_force(push_ringing::BIN)?;
     let force: Vec<f64> = force.iter().map(|f| flat(f).dot(along)).collect();
-    Ringing::of(&time, &force, onset, end)
+    Ringing::of(&time, &force, within, swings)
 }
 
 /// Makes of the force along the normal what the table bears over the `weight`, N, of what is held.

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::Quantity;
 use super::asking::Imagined;
-use super::blows::Blow;
+use super::blows::{Blow, swings_on_the_tool};
 use super::family::{Active, ChannelKind, Covariate, Family, Parameter, Scatter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
@@ -380,6 +380,11 @@ impl Family for Pushes {
 
     fn covariates(&self, group: usize) -> Vec<Covariate> {
         covariates(&self.states[group])
+    }
+
+    fn negligible(&self, law: usize, own: &[f64]) -> bool {
+        let loose = self.laws()[law].form == push_laws::form::LOOSE_MASS;
+        loose && swings_on_the_tool(self.blows.iter().map(|b| &b.1), own[0], own[1].exp())
     }
 
     fn besides(&self, group: usize) -> Vec<Covariate> {

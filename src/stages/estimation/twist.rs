@@ -4,7 +4,7 @@
 //! and Hollerbach 1986). It is read in its weak form: both sides are weighed with bumps of a tenth of a second and the derivatives
 //! are moved onto the bumps, `∫ T φ dt = I ∫ θ φ'' dt`, so that no track is differentiated and nothing is smoothed.
 
-use nalgebra::{DMatrix, DVector, Point3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::evidence::tool_at;
 use super::lift::aloft;
@@ -20,10 +20,11 @@ const OVERLAP: f64 = 2.0;
 const FEWEST: usize = 12;
 const UNKNOWNS: usize = 3;
 const DENSE: usize = 10;
-/// Turn, rad, from which on it is twisted; share of it that may be about another axis; way of the tool meanwhile, m.
-const TURNS: f64 = 0.1;
-const ASIDE: f64 = 0.2;
+/// Turn about another axis, rad, and way of the tool, m, within a bump; how far the vertical in the body may be from where it is
+/// twisted most, rad.
+const ASIDE: f64 = 0.04;
 const STANDS: f64 = 2e-3;
+const LIKE: f64 = 0.06;
 /// How often the angular acceleration has to be what noise of the track makes of it.
 const CLEAR: f64 = 10.0;
 /// Doubt beyond which it says nothing, and share that the hand (it gives) and the sensor's scale leave open.
@@ -64,24 +65,60 @@ fn bump(u: f64) -> [f64; 3] {
     [rest.powi(5), first, second]
 }
 
-/// Heading about the vertical since the first row aloft, of the rows between two times; nothing where it turns about another axis.
-fn headings(track: &PoseStream, (from, to): (f64, f64), up: &Vector3<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
-    let rows = (0..track.len()).filter(|i| (from..=to).contains(&track.time[*i]));
-    let turned: Vec<(f64, UnitQuaternion<f64>)> =
-        rows.filter_map(|i| Some((track.time[i], track.rotation[i]?))).collect();
-    let first = turned.first()?.1;
-    let axes: Vec<Vector3<f64>> = turned
-        .iter()
-        .map(|(_, q)| (q * first.inverse()).scaled_axis())
-        .collect();
-    let most = |of: &dyn Fn(&Vector3<f64>) -> f64| axes.iter().map(of).fold(0.0, f64::max);
-    let about = most(&|v| v.dot(up).abs());
-    let other = most(&|v| (v - up * v.dot(up)).norm());
-    let twisted = about > TURNS && other < ASIDE * about;
-    twisted.then(|| {
-        let heading = axes.iter().map(|v| v.dot(up)).collect();
-        (turned.iter().map(|(t, _)| *t).collect(), heading)
-    })
+/// What a bump sees: the integrals of the balance, and the vertical in the link frame in its middle.
+struct Seen {
+    row: [f64; 4],
+    normal: Vector3<f64>,
+    middle: f64,
+}
+
+/// What is read of one lift.
+struct Lift<'a> {
+    track: &'a PoseStream,
+    path: &'a PoseStream,
+    up: Vector3<f64>,
+    /// Torque about the vertical, N·m, at these times, s.
+    torque: (&'a [f64], Vec<f64>),
+}
+
+impl Lift<'_> {
+    /// Nothing where it turns about another axis or the tool goes along the ground.
+    fn at(&self, middle: f64) -> Option<Seen> {
+        let time = &self.track.time;
+        let (from, to) = (
+            time.partition_point(|t| *t <= middle - HALF).checked_sub(1)?,
+            (time.partition_point(|t| *t < middle + HALF) + 1).min(time.len()),
+        );
+        let near = time.partition_point(|t| *t < middle);
+        let home = self.track.rotation.get(near).copied().flatten()?;
+        let turned: Vec<Vector3<f64>> = self.track.rotation[from..to]
+            .iter()
+            .map(|q| q.map(|q| (q * home.inverse()).scaled_axis()))
+            .collect::<Option<_>>()?;
+        let aside = |v: &Vector3<f64>| (v - self.up * v.dot(&self.up)).norm();
+        if turned.iter().map(aside).fold(0.0, f64::max) > ASIDE || !self.stands(middle) {
+            return None;
+        }
+        let heading: Vec<f64> = turned.iter().map(|v| v.dot(&self.up)).collect();
+        let time = &time[from..to];
+        let own = |order: usize| weighed(time, &heading, (middle, order), DENSE);
+        let level = weighed(time, &vec![1.0; time.len()], (middle, 0), DENSE)?;
+        let felt = weighed(self.torque.0, &self.torque.1, (middle, 0), DENSE)?;
+        Some(Seen {
+            row: [own(2)?, -own(1)?, level, felt],
+            normal: home.inverse() * self.up,
+            middle,
+        })
+    }
+
+    fn stands(&self, middle: f64) -> bool {
+        let flat = |t: f64| tool_at(self.path, t).map(|p| p.coords - self.up * p.coords.dot(&self.up));
+        let places = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|u| flat(middle + u * HALF));
+        let [Some(a), Some(b), Some(home), Some(c), Some(d)] = places else {
+            return false;
+        };
+        [a, b, c, d].iter().all(|p| (p - home).norm() < STANDS)
+    }
 }
 
 /// The integral over time of a stream of values, each weighed; nothing where the stream has too few readings there.
@@ -109,30 +146,28 @@ pub(super) fn twisted(
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let up = -gravity / gravity.norm();
     let stretch = aloft(interaction, cut, &up, link)?;
-    let (time, heading) = headings(track, (stretch.start, stretch.end), &up)?;
-    let torque: Vec<f64> = torques.iter().map(|t| t.dot(&up)).collect();
-    let tool = stands(interaction, (stretch.start, stretch.end), &up)?;
+    let lift = Lift {
+        track,
+        path: interaction.tool_path.as_ref()?,
+        up,
+        torque: (&stream.time, torques.iter().map(|t| t.dot(&up)).collect()),
+    };
     let count = ((stretch.end - stretch.start) / STEP) as usize;
-    let mut rows: Vec<[f64; 4]> = Vec::new();
-    for middle in (0..count).map(|k| stretch.start + k as f64 * STEP) {
-        let own = |order: usize| weighed(&time, &heading, (middle, order), DENSE);
-        let (Some(second), Some(first)) = (own(2), own(1)) else {
-            continue;
-        };
-        let Some(felt) = weighed(&stream.time, &torque, (middle, 0), DENSE) else {
-            continue;
-        };
-        let ones = vec![1.0; time.len()];
-        rows.push([second, -first, weighed(&time, &ones, (middle, 0), DENSE)?, felt]);
-    }
-    let noise = cut.rotation_noise.unwrap_or(3e-3) * noise_gain(&time);
+    let bumps = (0..count).filter_map(|k| lift.at(stretch.start + k as f64 * STEP));
+    let mut seen: Vec<Seen> = bumps.collect();
+    // It may be tilted as well: what counts is how it hung where it was twisted most.
+    let most = seen.iter().max_by(|a, b| a.row[0].abs().total_cmp(&b.row[0].abs()))?;
+    let (normal, at) = (most.normal, most.middle);
+    seen.retain(|s| s.normal.angle(&normal) < LIKE);
+    let rows: Vec<[f64; 4]> = seen.iter().map(|s| s.row).collect();
+    let noise = cut.rotation_noise.unwrap_or(3e-3) * noise_gain(&track.time);
     let (moment, own) = solved(&rows, noise)?;
     let sd = own.hypot(moment * FORM.hypot(gain_sd));
-    let pose = track.pose(track.time.partition_point(|t| *t < stretch.start))?.0;
-    (moment > 0.0 && sd < WORTH * moment).then(|| Twist {
+    let pose = track.pose(track.time.partition_point(|t| *t < at))?.0;
+    (moment > 0.0 && sd < WORTH * moment).then_some(Twist {
         interaction: interaction.name.clone(),
-        normal: pose.rotation.inverse() * up,
-        about: pose.inverse_transform_point(&tool).coords,
+        normal,
+        about: pose.inverse_transform_point(&tool_at(lift.path, at)?).coords,
         moment,
         sd,
     })
@@ -145,17 +180,6 @@ fn noise_gain(time: &[f64]) -> f64 {
     let count = (2.0 * HALF / each) as usize;
     let squares = (0..count).map(|k| (bump(-1.0 + k as f64 * each / HALF)[2] * each).powi(2));
     squares.sum::<f64>().sqrt()
-}
-
-/// Where the tool's origin stands meanwhile, world; nothing where it goes along the ground.
-fn stands(interaction: &Interaction, (from, to): (f64, f64), up: &Vector3<f64>) -> Option<Point3<f64>> {
-    let path = interaction.tool_path.as_ref()?;
-    let flat = |t: f64| tool_at(path, t).map(|p| p.coords - up * p.coords.dot(up));
-    let first = flat(from)?;
-    let moves = (1..=20).filter_map(|k| Some((flat(from + (to - from) * f64::from(k) / 20.0)? - first).norm()));
-    (moves.fold(0.0, f64::max) < STANDS)
-        .then(|| tool_at(path, from))
-        .flatten()
 }
 
 /// Moment of inertia beside a drag, which a delay between torque and track looks like, and a rest of the torque; with its

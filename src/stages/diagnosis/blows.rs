@@ -84,26 +84,27 @@ pub fn blow_findings(pushes: &Pushes, named: &[Finding]) -> Vec<Finding> {
         // What is let go while it is still sped up has nothing after it.
         let whole = |b: &&Blow| b.came > 0.0 && b.level > WHOLE * usual;
         let own: Vec<&Blow> = own().filter(whole).collect();
-        bond(&own)
+        // By whichever speed it was met with.
+        bond(&own, &|b| b.came).and_then(|_| bond(&own, &Blow::pace))
     };
     (0..pushes.names.len()).filter_map(one).collect()
 }
 
 /// A first push that overshoots as none of its speed does after it.
-fn bond(all: &[&Blow]) -> Option<Finding> {
+fn bond(all: &[&Blow], pace: &dyn Fn(&Blow) -> f64) -> Option<Finding> {
     let first = all.iter().find(|b| b.first && !b.held_out)?;
     let others: Vec<&&Blow> = all.iter().filter(|b| !b.first).collect();
     if others.len() + 1 < FEWEST || others.iter().all(|b| LONGER * b.wait < first.wait) {
         return None;
     }
     // Overshoots grow faster than speed where what comes after is short: nothing is told beyond what was seen.
-    if others.iter().all(|b| b.pace() < AS_FAST * first.pace()) {
+    if others.iter().all(|b| pace(b) < AS_FAST * pace(first)) {
         return None;
     }
-    let per_speed = median(&others.iter().map(|b| b.over / b.pace()).collect::<Vec<_>>())?;
-    let left: Vec<f64> = others.iter().map(|b| b.over - per_speed * b.pace()).collect();
+    let per_speed = median(&others.iter().map(|b| b.over / pace(b)).collect::<Vec<_>>())?;
+    let left: Vec<f64> = others.iter().map(|b| b.over - per_speed * pace(b)).collect();
     let scatter = mad_sd(&left)?.hypot(SCATTER * first.level);
-    let swing = per_speed * first.pace();
+    let swing = per_speed * pace(first);
     let beyond = first.over - swing;
     let excess = (first.over.powi(2) - swing.powi(2)).max(0.0).sqrt();
     // None of the others comes near.
@@ -162,7 +163,7 @@ mod tests {
     fn a_bond_is_told_from_the_swing_of_a_tool() {
         let told = |excess: f64| {
             let all = blows(excess);
-            bond(&all.iter().collect::<Vec<&Blow>>())
+            bond(&all.iter().collect::<Vec<&Blow>>(), &Blow::pace)
         };
         assert!(told(0.2).is_none());
         let found = told(2.0).expect("a bond");
@@ -172,10 +173,10 @@ mod tests {
         // Nothing after it was as fast.
         let mut fast = blows(2.0);
         fast[0].speed = 0.12;
-        assert!(bond(&fast.iter().collect::<Vec<&Blow>>()).is_none());
+        assert!(bond(&fast.iter().collect::<Vec<&Blow>>(), &Blow::pace).is_none());
         // A much longer wait than any other's may have aged it.
         let mut rested = blows(2.0);
         rested[0].wait = 100.0;
-        assert!(bond(&rested.iter().collect::<Vec<&Blow>>()).is_none());
+        assert!(bond(&rested.iter().collect::<Vec<&Blow>>(), &Blow::pace).is_none());
     }
 }

@@ -111,7 +111,12 @@ fn a_cause_that_only_mimics_the_true_one_is_not_told_as_the_whole() {
         options.diagnosis.causes = Some(others.map(|c| (*c).to_owned()).collect());
         probed_with("probe-presses", &format!("{cause}:2"), 5, &options).diagnosis
     };
-    for cause in ["snap-through", "elastic-hysteresis"] {
+    for cause in [
+        "snap-through",
+        "elastic-hysteresis",
+        "power-law-stiffness",
+        "second-stage",
+    ] {
         let left = struck(cause);
         let whole = left.verdict == Verdict::Explained && !left.findings.is_empty();
         assert!(

@@ -179,4 +179,15 @@ mod tests {
         rested[0].wait = 100.0;
         assert!(bond(&rested.iter().collect::<Vec<&Blow>>(), &Blow::pace).is_none());
     }
+
+    #[test]
+    fn a_body_that_swings_on_a_soft_tool_is_no_loose_mass() {
+        let mut all = blows(0.2);
+        all.iter_mut().for_each(|b| b.swings = 40.0);
+        let whole = |share, rate| swings_on_the_tool(all.iter(), share, rate);
+        assert!(whole(0.9, 36.0));
+        // A small part, one that swings at another rate, or a tool of which nothing is known.
+        assert!(!whole(0.25, 36.0) && !whole(0.9, 12.0));
+        assert!(!swings_on_the_tool(blows(0.2).iter(), 0.9, 36.0));
+    }
 }

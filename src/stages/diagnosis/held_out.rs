@@ -31,6 +31,8 @@ const SHAKEN: f64 = 1.5;
 /// one has to take away where something is left unexplained.
 const LESSER: f64 = 0.5;
 const HOLLOW: f64 = 0.05;
+/// Share of it that none may add where something is left, however well it foretells how far off it is.
+const RUINS: f64 = -0.5;
 
 /// The ladder with the effects that held-out interactions do not speak against, and what these leave.
 pub fn standing(family: &dyn Family, mut ladder: Ladder) -> Ladder {
@@ -108,7 +110,8 @@ fn judged(
     let idle = idle && (acts_at_a_place(law.cause) || !foretells());
     let further = !first && taken.gain < LESSER * ladder.taken[0].gain;
     let hollow = further && hollow(family, ladder, &gain, taken.law);
-    let vetoed = !gain.held_out.is_empty() && (idle || hollow || (worse || misplaced) && !foretells());
+    let ruins = ladder.left.is_some() && gain.reduction < RUINS && above_noise(family, &gain, taken.law);
+    let vetoed = !gain.held_out.is_empty() && (idle || hollow || ruins || (worse || misplaced) && !foretells());
     (!vetoed).then_some(gain)
 }
 

@@ -287,7 +287,7 @@ fn smooth(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
     })
 }
 
-/// Two laws of one kind fit what a third of that kind would.
+/// Two laws of one kind fit what a third of that kind would. It is no test: nothing that was measured speaks against them.
 fn feigned(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
     let causes: Vec<&str> = full.laws.iter().map(|l| family.laws()[*l].cause).collect();
     let [first, second] = of_any_form(&causes)?;
@@ -295,7 +295,7 @@ fn feigned(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
     Some(evidence(
         &format!("what {first} and {second} explain"),
         "two laws of one kind",
-        (gain, (-gain).exp()),
+        (gain, 1.0),
         format!("{first} and {second} together take any form: another cause of their kind would do as well"),
     ))
 }

@@ -287,6 +287,11 @@ fn told(all: &[Onset], name: &str, clocks: &Clocks) -> Option<Finding> {
         let squares: Vec<f64> = judged.iter().flat_map(each).collect();
         (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
     };
+    let [before, after] = [rms(&|_| 1.0), rms(&|x| (x / way).min(1.0))];
+    // One that does not foretell pushes that were not fitted is none.
+    if !held.is_empty() && after > before {
+        return None;
+    }
     let told = Told {
         cause: "presliding",
         place: name,
@@ -311,7 +316,7 @@ fn told(all: &[Onset], name: &str, clocks: &Clocks) -> Option<Finding> {
         gain: gain(
             "force",
             "N",
-            [rms(&|_| 1.0), rms(&|x| (x / way).min(1.0))],
+            [before, after],
             held.iter().map(|o| o.interaction.clone()).collect(),
         ),
     };

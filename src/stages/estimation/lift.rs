@@ -140,8 +140,9 @@ fn risen(interaction: &Interaction, target: &str, up: &Vector3<f64>, stretch: &A
 const STEADY: f64 = 0.02;
 /// Spin, rad/s, up to which a block counts as still, and the part of the weight by which the force may differ from it.
 const STILL: (f64, f64) = (0.1, 0.02);
-/// Half a block, s.
+/// Half a block, s, and readings of the track within that, at least.
 const HALF: f64 = 0.05;
+const FEWEST: f64 = 2.5;
 /// Doubt of all of a lift's moments, as the arm at which the weight would make it, m: the tool and the frame of the body are
 /// not known better to each other.
 const ARM: f64 = 2e-4;
@@ -166,22 +167,22 @@ fn hanging(
     tare: &Tare,
     weight: &Vector3<f64>,
     noise: f64,
-    t: f64,
+    (t, half): (f64, f64),
 ) -> Option<Hanging> {
-    let wrench = mean_wrench(interaction.force.as_ref()?, t - HALF, t + HALF, tare)?;
-    let spin = |at: f64| motion_at(track, at, HALF).map_or(f64::INFINITY, |m| m.spin.norm());
-    let fastest = spin(t).max(spin(t - HALF)).max(spin(t + HALF));
+    let wrench = mean_wrench(interaction.force.as_ref()?, t - half, t + half, tare)?;
+    let spin = |at: f64| motion_at(track, at, half).map_or(f64::INFINITY, |m| m.spin.norm());
+    let fastest = spin(t).max(spin(t - half)).max(spin(t + half));
     let apart = (wrench.force + weight).norm() - 3.0 * noise / (wrench.rows as f64).sqrt();
     Some(Hanging {
         torque: (wrench.torque?, wrench.rows),
         tool: tool_at(interaction.tool_path.as_ref()?, t)?,
-        pose: motion_at(track, t, HALF)?.pose,
+        pose: motion_at(track, t, half)?.pose,
         even: apart < STILL.1 * weight.norm(),
         spin: fastest,
     })
 }
 
-/// Torque balance about the tool's origin, `T = m g × (com - tool)`, over blocks of 0.1 s in which the body hangs still: three
+/// Torque balance about the tool's origin, `T = m g × (com - tool)`, over blocks of 0.1 s (longer where the track is read seldom) in which the body hangs still: three
 /// equations each for the centre of mass in the link frame. What moves needs torque for that too.
 fn moments(
     interaction: &Interaction,
@@ -196,10 +197,12 @@ fn moments(
         return Vec::new();
     };
     let noise = torque_noise(torques).max(1e-6);
-    let count = ((stretch.end - stretch.start) / (2.0 * HALF)) as usize;
-    let times = (0..count).map(|k| stretch.start + (2 * k + 1) as f64 * HALF);
+    let lasts = track.time.last().zip(track.time.first()).map_or(0.0, |(b, a)| b - a);
+    let half = HALF.max(FEWEST * lasts / track.len().max(2) as f64);
+    let count = ((stretch.end - stretch.start) / (2.0 * half)) as usize;
+    let times = (0..count).map(|k| stretch.start + (2 * k + 1) as f64 * half);
     let mut blocks: Vec<Hanging> = times
-        .filter_map(|t| hanging(interaction, track, tare, weight, force_noise, t))
+        .filter_map(|t| hanging(interaction, track, tare, weight, force_noise, (t, half)))
         .collect();
     let hangs_level = |blocks: &[Hanging]| {
         let turns: Vec<UnitQuaternion<f64>> = blocks.iter().map(|b| b.pose.rotation).collect();

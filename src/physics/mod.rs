@@ -24,6 +24,7 @@ mod slide;
 mod stance;
 pub mod tabletop;
 mod tilt;
+mod tool_path;
 mod tumble;
 mod tumble_contact;
 

@@ -3,6 +3,7 @@
 use nalgebra::{Point2, Vector2, Vector3};
 
 use super::foot::riders;
+use super::tool_path::{STEP, divided, smooth_path};
 use super::{Action, Contact, Course, Hold, Linkage, Prediction, Stance, solve_contact_on};
 use crate::base::Pose;
 use crate::twin::Model;
@@ -17,9 +18,6 @@ pub struct PushPrediction {
     /// What rides on the pushed link, and is taken to go with it.
     pub carried: Vec<String>,
 }
-
-/// Seconds of one step of the simulation; the tool's path is averaged over four.
-const STEP: f64 = 0.01;
 
 /// What the sensors would see of a push or a pull; nothing where the twin does not know enough.
 ///
@@ -80,16 +78,15 @@ impl Play {
         let upright = action.tool.hold == Hold::Grip;
         let mut course = Course::default();
         let mut record = Record::of(&linkage, self.path.len());
+        let mut felt = None;
         for i in 0..self.path.len() {
-            let force = if i == 0 {
-                None
-            } else {
-                hand.step(&mut linkage, &mut course, &self.path[i - 1], &self.path[i])
-            };
-            if let Some(force) = force.filter(|_| !upright) {
-                linkage.tip(target, &force, self.height, action.gravity);
+            if i > 0 {
+                felt = hand.step(&mut linkage, &mut course, felt, [&self.path[i - 1], &self.path[i]]);
             }
-            record.add(&linkage, self.path[i].0, force);
+            if let Some(felt) = felt.filter(|_| !upright) {
+                linkage.tip(target, &felt.force, self.height, action.gravity);
+            }
+            record.add(&linkage, self.path[i].0, felt);
         }
         let mut out = record.finished(&linkage);
         carry(&mut out, &action.target, &carried);
@@ -130,6 +127,8 @@ fn friction_of(model: &Model, action: &Action) -> f64 {
 struct Record {
     out: PushPrediction,
     poses: Vec<Vec<Pose>>,
+    /// Whether it was touched all the time since it last was moved.
+    held_on: bool,
 }
 
 impl Record {
@@ -137,22 +136,26 @@ impl Record {
         Self {
             out: PushPrediction::default(),
             poses: vec![Vec::with_capacity(steps); linkage.names().count()],
+            held_on: false,
         }
     }
 
-    fn add(&mut self, linkage: &Linkage, time: f64, force: Option<Vector2<f64>>) {
+    fn add(&mut self, linkage: &Linkage, time: f64, felt: Option<Felt>) {
         self.out.prediction.time.push(time);
-        let world = force.map_or_else(Vector3::zeros, |f| linkage.lift_vector(&f));
+        let world = felt.map_or_else(Vector3::zeros, |f| linkage.lift_vector(&f.force));
         self.out.prediction.force.push(world);
         for (poses, pose) in self.poses.iter_mut().zip(linkage.poses()) {
             poses.push(pose);
         }
-        if force.is_some() {
+        // A touch ends when nothing moves any more.
+        if felt.is_some_and(|f| f.moves) {
             match self.out.contact.last_mut() {
-                Some((_, end)) if time - *end < 3.0 * STEP => *end = time,
+                Some((_, end)) if self.held_on || time - *end < 3.0 * STEP => *end = time,
                 _ => self.out.contact.push((time, time)),
             }
+            self.held_on = true;
         }
+        self.held_on &= felt.is_some();
     }
 
     fn finished(mut self, linkage: &Linkage) -> PushPrediction {
@@ -162,49 +165,12 @@ impl Record {
     }
 }
 
-/// The tool's way in the plane, one point a step, averaged over four steps against encoder noise.
-fn smooth_path(action: &Action, stance: &Stance) -> Vec<(f64, Point2<f64>)> {
-    let time = &action.tool.time;
-    let flat: Vec<Point2<f64>> = action.tool.position.iter().map(|p| stance.flatten(p)).collect();
-    let (Some(first), Some(last)) = (time.first(), time.last()) else {
-        return Vec::new();
-    };
-    let steps = ((last - first) / STEP) as usize;
-    let mut path = Vec::with_capacity(steps + 1);
-    for k in 0..=steps {
-        let t = first + k as f64 * STEP;
-        let from = time.partition_point(|x| *x < t - 2.0 * STEP);
-        let to = time
-            .partition_point(|x| *x <= t + 2.0 * STEP)
-            .max(from + 1)
-            .min(time.len());
-        let window = flat[from.min(to - 1)..to]
-            .iter()
-            .filter(|p| p.x.is_finite() && p.y.is_finite());
-        let (mut sum, mut count) = (Vector2::zeros(), 0.0);
-        for p in window {
-            sum += p.coords;
-            count += 1.0;
-        }
-        if count > 0.0 {
-            path.push((t, Point2::from(sum / count)));
-        }
-    }
-    path
-}
-
-/// The path with each of its steps in so many equal parts.
-fn divided(path: Vec<(f64, Point2<f64>)>, parts: usize) -> Vec<(f64, Point2<f64>)> {
-    let mut out: Vec<(f64, Point2<f64>)> = path.first().copied().into_iter().collect();
-    for pair in path.windows(2) {
-        let (from, to) = (pair[0], pair[1]);
-        let at = |k: usize| {
-            let share = k as f64 / parts as f64;
-            (from.0 + (to.0 - from.0) * share, from.1 + (to.1 - from.1) * share)
-        };
-        out.extend((1..parts).map(at).chain([to]));
-    }
-    out
+/// The force of the tool on the body.
+#[derive(Clone, Copy)]
+struct Felt {
+    force: Vector2<f64>,
+    /// Whether the tool goes on, and does not only rest against it.
+    moves: bool,
 }
 
 /// The tool with what it holds or touches.
@@ -215,6 +181,17 @@ struct Hand {
     friction: f64,
     /// Where it holds, plane frame at the start.
     held: Option<Point2<f64>>,
+}
+
+/// A finger that is drawn back by less still presses as it did: neither it nor what it touches is rigid, and dry friction holds
+/// what it moved, m.
+const YIELDS: f64 = 1e-4;
+
+/// A finger on a body that it does not hold.
+enum Touch {
+    Pushes(Contact),
+    /// Within what yields: all is as it was.
+    Rests,
 }
 
 impl Hand {
@@ -242,19 +219,22 @@ impl Hand {
         })
     }
 
-    /// Moves the tool from one point of its way to the next; the force on the body, where it touches.
+    /// Moves the tool from one point of its way to the next; the force on the body, where it touches, with the one before.
     fn step(
         &self,
         linkage: &mut Linkage,
         course: &mut Course,
-        from: &(f64, Point2<f64>),
-        to: &(f64, Point2<f64>),
-    ) -> Option<Vector2<f64>> {
+        before: Option<Felt>,
+        [from, to]: [&(f64, Point2<f64>); 2],
+    ) -> Option<Felt> {
         let dt = to.0 - from.0;
         let tool_velocity = (to.1 - from.1) / dt;
         let contact = match self.held {
             Some(start) => self.holding(linkage, &start, &to.1, dt),
-            None => self.touching(linkage, &to.1, tool_velocity, dt)?,
+            None => match self.touching(linkage, &to.1, tool_velocity, dt)? {
+                Touch::Pushes(contact) => contact,
+                Touch::Rests => return before.map(|felt| Felt { moves: false, ..felt }),
+            },
         };
         linkage.loosen(tool_velocity.norm());
         let mut solved = solve_contact_on(course, &linkage.dissipators(), &contact)?;
@@ -262,27 +242,30 @@ impl Hand {
             solved = solve_contact_on(course, &linkage.dissipators(), &contact)?;
         }
         linkage.advance(&solved.velocity, dt);
-        Some(solved.force)
+        Some(Felt {
+            force: solved.force,
+            moves: true,
+        })
     }
 
-    fn touching(&self, linkage: &Linkage, tool: &Point2<f64>, velocity: Vector2<f64>, dt: f64) -> Option<Contact> {
+    fn touching(&self, linkage: &Linkage, tool: &Point2<f64>, velocity: Vector2<f64>, dt: f64) -> Option<Touch> {
         let (outline, moved) = linkage.outline(self.target)?;
         let near = outline.nearest(moved, tool);
         let depth = self.radius - self.gap - near.distance;
         if depth <= 0.0 {
-            return None;
+            return (depth > -YIELDS).then_some(Touch::Rests);
         }
         let inward = -near.outward;
         let tangent = velocity - inward * velocity.dot(&inward);
         let (jacobian, _) = linkage.jacobian(self.target, &near.point);
         let tool_velocity = inward * (depth / dt) + tangent;
-        Some(Contact {
+        Some(Touch::Pushes(Contact {
             jacobian,
             inward,
             tool_velocity,
             friction: self.friction,
             bilateral: false,
-        })
+        }))
     }
 
     fn holding(&self, linkage: &Linkage, start: &Point2<f64>, tool: &Point2<f64>, dt: f64) -> Contact {
@@ -390,5 +373,26 @@ mod tests {
             linkage.loosen(speed);
             assert!((linkage.dissipators()[0].creep - 0.3 * speed).abs() < 1e-12);
         }
+    }
+
+    /// A tool whose way is read with 0.1 mm of noise: it seems to go back for a moment, and the force stays.
+    #[test]
+    fn a_finger_that_trembles_does_not_let_go() {
+        let (model, mut action) = pushed(0.3);
+        let mut state = 1_u64;
+        for p in &mut action.tool.position {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            p.x += 3.4e-4 * ((state >> 40) as f64 / (1 << 24) as f64 - 0.5);
+            p.y += 0.004;
+        }
+        action.tool.time = action.tool.time.iter().map(|t| 4.0 * t).collect();
+        let found = predict_push(&model, &action, 0.0).expect("a prediction");
+        assert_eq!(found.contact.len(), 1, "{:?}", found.contact);
+        let (from, to) = found.contact[0];
+        let all = found.prediction.time.iter().zip(&found.prediction.force);
+        let touched: Vec<f64> = all.filter(|r| (from..=to).contains(r.0)).map(|r| r.1.norm()).collect();
+        assert!(touched.len() > 300 && touched.iter().all(|f| *f > 0.5));
     }
 }

@@ -1,7 +1,7 @@
 //! How far a prediction may be off for what is not known of the numbers that it rests on.
 
-use super::Curve;
-use crate::base::Estimate;
+use super::{Curve, Quantity};
+use crate::base::{Estimate, Status};
 use crate::twin::{Body, Joint, Model};
 
 /// One number of a body of links, or one that its links share.
@@ -12,6 +12,8 @@ enum Known {
     Radius,
     Creep,
     Tool,
+    /// Friction of the tool of which only a bound is known, at that bound.
+    Bound,
     /// Friction and damping of a joint.
     Friction(usize),
     Damping(usize),
@@ -24,14 +26,17 @@ enum Known {
 /// Standard deviations from the middle of an interval of 95 % to its end.
 const TWO_SIDED: f64 = 1.96;
 
-/// The model with each number of a body of links that is in doubt a standard deviation more, one after the other. What is known
-/// in a sum with another only is not moved alone: the sum is what foretells.
+/// The model with each number of a body of links that is in doubt a standard deviation more, one after the other; of a body by
+/// itself the friction of the tool, which decides whether it slides along. What is known in a sum with another only is not moved
+/// alone: the sum is what foretells.
 pub(super) fn in_doubt(model: &Model, target: &str) -> Vec<Model> {
-    let Some(body) = model.twin.body_of(target).filter(|b| !b.joints.is_empty()) else {
+    let Some(body) = model.twin.body_of(target) else {
         return Vec::new();
     };
-    let shared = [Known::Radius, Known::Creep, Known::Tool];
-    let forces = (0..body.links.len()).map(Known::Force);
+    let shared = [Known::Tool, Known::Bound, Known::Radius, Known::Creep];
+    let shared = &shared[..if body.joints.is_empty() { 2 } else { shared.len() }];
+    let links = if body.joints.is_empty() { 0 } else { body.links.len() };
+    let forces = (0..links).map(Known::Force);
     let of_joint = |k| {
         [
             Known::Friction(k),
@@ -42,7 +47,7 @@ pub(super) fn in_doubt(model: &Model, target: &str) -> Vec<Model> {
         ]
     };
     let joints = (0..body.joints.len()).flat_map(of_joint);
-    let all = forces.chain(shared).chain(joints);
+    let all = forces.chain(shared.iter().copied()).chain(joints);
     let meshes = body.links.iter().filter_map(|l| l.mesh.clone());
     let own = meshes.filter_map(|m| Some((m.clone(), model.meshes.get(&m)?.clone())));
     let bare = Model {
@@ -62,6 +67,7 @@ fn moved(given: &Model, name: &str, which: Known) -> Option<Model> {
             let lever = given.lever(&body.joints.get(k)?.child)?;
             return borne(body, k, lever).then_some(out);
         }
+        Known::Bound => return bounded(body).then_some(out),
         _ => {}
     }
     let mut any = false;
@@ -77,6 +83,19 @@ fn moved(given: &Model, name: &str, which: Known) -> Option<Model> {
         }
     }
     any.then_some(out)
+}
+
+/// Friction of the tool at the lower end of its interval, where it was not measured but for a bound; false where it was.
+fn bounded(body: &mut Body) -> bool {
+    let tools = body.links.iter_mut().filter_map(|l| l.friction.tool.as_mut());
+    let mut any = false;
+    for estimate in tools.filter(|t| t.status == Status::Assumed) {
+        if let Some([low, _]) = estimate.ci95.filter(|[low, _]| *low > 0.0) {
+            estimate.value = low;
+            any = true;
+        }
+    }
+    any
 }
 
 /// A joint that rubs less, by as much as its interval has it, and is `damped` more, or the other way; false where its own load tells
@@ -150,7 +169,7 @@ fn numbers(body: &mut Body, which: Known) -> Vec<&mut Estimate> {
             .and_then(|j| j.damping.as_mut())
             .into_iter()
             .collect(),
-        Known::Exchanged(..) | Known::Borne(_) => Vec::new(),
+        Known::Bound | Known::Exchanged(..) | Known::Borne(_) => Vec::new(),
     }
 }
 
@@ -164,6 +183,17 @@ pub(super) fn add_squares(squares: &mut Vec<Vec<f64>>, curves: &[Curve], with: &
         for (sum, (a, b)) in square.iter_mut().zip(pairs.into_iter().flatten()) {
             let by = a - b;
             *sum += if by.is_finite() { by * by } else { 0.0 };
+        }
+    }
+}
+
+/// Adds to the squares of the doubts of all curves of a quantity the same doubt everywhere.
+pub(super) fn add_evenly(squares: &mut Vec<Vec<f64>>, curves: &[Curve], quantity: Quantity, doubt: f64) {
+    squares.resize(curves.len(), Vec::new());
+    for (curve, square) in curves.iter().zip(squares) {
+        square.resize(curve.predicted.len(), 0.0);
+        if curve.quantity == quantity {
+            square.iter_mut().for_each(|s| *s += doubt * doubt);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Pushes and pulls along the table, predicted and laid beside what was measured.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
-use super::doubt::{add_squares, in_doubt};
+use super::doubt::{add_evenly, add_squares, in_doubt};
 use super::predict::{Outcome, Scene};
 use super::rubbing::shoved_along;
 use super::trace::Predicted;
 use super::{Curve, Path, Quantity};
-use crate::base::Pose;
+use crate::base::{Estimate, Pose};
 use crate::capture::{PhaseKind, PoseStream};
 use crate::math::interpolate;
 use crate::physics::{Action, Hold, Prediction, PushPrediction, predict_push};
@@ -17,9 +17,14 @@ use crate::stages::estimation::{
 
 /// Seconds after first contact in which static friction and presliding rule: the model does not say.
 const SETTLE: f64 = 0.25;
-/// Below this share of its largest speed the tool starts or stops: the force of a standing tool is not
-/// determined, and inertia matters before.
+/// Below this share of its largest speed while it touches the tool starts or stops: the force of a standing tool is not
+/// determined.
 const STEADY: f64 = 0.7;
+/// Way of a finger before it moves what it meets and after it moved it, over which it may press already or still, m: neither is
+/// rigid.
+const YIELDS: f64 = 2.5e-3;
+/// Seconds on each side over which the acceleration of what is moved is taken: nearer to its end a push is not judged.
+const PULLED: f64 = 0.06;
 
 /// Force along the motion and the motion of every tracked link.
 pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
@@ -43,6 +48,11 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
             add_squares(&mut squares, &curves, &curves_of(scene, action, &with, &direction));
         }
     }
+    if action.tool.hold == Hold::Push {
+        for (quantity, far) in thrown_ahead(scene, action, &found) {
+            add_evenly(&mut squares, &curves, quantity, far);
+        }
+    }
     let doubt = squares.iter().map(|c| c.iter().map(|x| x.sqrt()).collect()).collect();
     let met = (action.tool.hold == Hold::Push).then(|| {
         format!(
@@ -63,6 +73,27 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
         remark,
         paths: found.prediction.poses.into_iter().map(path).collect(),
     })
+}
+
+/// Share of the way by which a body comes to rest from the speed of the tool that it may be thrown ahead by the blow of it, and
+/// what friction is taken where none is told, and reach of what turns, m.
+const THROWN: f64 = 0.5;
+const RUBS: f64 = 0.3;
+const REACH: f64 = 0.03;
+
+/// How far a body by itself may be thrown ahead of what a slow push would do, m and rad: what meets it fast leaves it with its speed,
+/// which the plain model does not have.
+fn thrown_ahead(scene: &Scene, action: &Action, found: &PushPrediction) -> [(Quantity, f64); 2] {
+    let link = scene.model.twin.link(&action.target);
+    let friction = link.map(|l| &l.friction);
+    let told = |e: Option<&Estimate>, else_: f64| e.map_or(else_, |e| e.value);
+    let rubs = told(friction.and_then(|f| f.kinetic.as_ref()), RUBS).max(0.05);
+    let reach = told(friction.and_then(|f| f.torsional_radius.as_ref()), REACH).max(0.005);
+    let way = Way::of(action);
+    let touches = |t: &&f64| found.contact.iter().any(|c| (c.0..=c.1).contains(*t));
+    let speeds = found.prediction.time.iter().filter(touches).map(|t| way.speed(*t));
+    let far = THROWN * speeds.fold(0.0, f64::max).powi(2) / (2.0 * rubs * action.gravity);
+    [(Quantity::Position, far), (Quantity::Rotation, far / reach)]
 }
 
 /// Share of the way by which what rides on a pushed thing may creep back on it: dry friction under a chattering tool lets
@@ -132,34 +163,25 @@ fn pulled_along(scene: &Scene, action: &Action, direction: &Vector3<f64>) -> f64
 
 fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction: &Vector3<f64>) -> Option<Curve> {
     let (time, force, noise) = scene.binned_force(0.01)?;
-    let predicted_along: Vec<f64> = found.prediction.force.iter().map(|f| f.dot(direction)).collect();
-    let first_touch = found.contact.first().map_or(f64::INFINITY, |c| c.0);
-    let speed = tool_speed(action, &found.prediction.time);
-    let last_touch = found.contact.last().map_or(f64::NEG_INFINITY, |c| c.1);
-    let touching = found
-        .prediction
-        .time
-        .iter()
-        .zip(&speed)
-        .filter(|(t, _)| (first_touch..=last_touch).contains(*t));
-    let steady_speed = STEADY * touching.map(|(_, v)| *v).fold(0.0, f64::max);
+    let rubbed: Vec<f64> = found.prediction.force.iter().map(|f| f.dot(direction)).collect();
+    let touches = Touches::of(action, found);
     let borne = borne(scene, action, &force);
     let weighed = pulled_along(scene, action, direction);
+    let inertial = inertial(scene, action, found, direction);
     // What takes hold of a body does so while all rests.
     let held = action.tool.hold != Hold::Push;
     let rest = scene
         .segmented
         .and_then(|s| s.phases.first())
         .filter(|p| held && p.kind == PhaseKind::Rest);
-    let rests = rest.map_or(f64::NEG_INFINITY, |p| p.end);
+    let before = rest.map_or(f64::NEG_INFINITY, |p| p.end).max(touches.first()) - 0.5 * SETTLE;
     let at = |(t, borne): (&f64, &f64)| {
-        let value = borne * interpolate(&found.prediction.time, &predicted_along, *t)? - weighed;
-        let steady = *t > first_touch + SETTLE && interpolate(&found.prediction.time, &speed, *t)? > steady_speed;
-        if *t < first_touch.max(rests) - 0.5 * SETTLE {
-            Some(0.0)
-        } else {
-            steady.then_some(value)
+        if *t < before {
+            return (held || touches.each.is_empty() || touches.apart(*t)).then_some(0.0);
         }
+        let along = interpolate(&found.prediction.time, &rubbed, *t)?;
+        let more = interpolate(&found.prediction.time, &inertial, *t)?;
+        touches.steady(*t).then_some(borne * along - weighed + more)
     };
     Some(Curve {
         label: "force along the motion".into(),
@@ -171,15 +193,106 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
     })
 }
 
-fn tool_speed(action: &Action, times: &[f64]) -> Vec<f64> {
-    let axis = |k: usize| action.tool.position.iter().map(|p| p[k]).collect::<Vec<f64>>();
-    let (axes, h) = ([axis(0), axis(1), axis(2)], 0.04);
-    let speed = |t: &f64| {
-        let at = |k: usize, t: f64| interpolate(&action.tool.time, &axes[k], t);
-        let squared: Option<f64> = (0..3).map(|k| Some((at(k, t + h)? - at(k, t - h)?).powi(2))).sum();
-        squared.map_or(0.0, |s| s.sqrt() / (2.0 * h))
+/// When the tool touched, and how it went.
+struct Touches {
+    way: Way,
+    /// Beginning, end, and the speed that is steady enough, m/s.
+    each: Vec<(f64, f64, f64)>,
+    /// Where the tool was when a touch began or ended.
+    ends: Vec<Point3<f64>>,
+}
+
+impl Touches {
+    fn of(action: &Action, found: &PushPrediction) -> Self {
+        let way = Way::of(action);
+        let time = &found.prediction.time;
+        let each = |(from, to): &(f64, f64)| {
+            let own = time.iter().filter(|t| (from..=to).contains(t));
+            (*from, *to, STEADY * own.map(|t| way.speed(*t)).fold(0.0, f64::max))
+        };
+        let ends = found.contact.iter().flat_map(|c| [c.0, c.1]);
+        Self {
+            each: found.contact.iter().map(each).collect(),
+            ends: ends.filter_map(|t| way.at(t)).collect(),
+            way,
+        }
+    }
+
+    fn first(&self) -> f64 {
+        self.each.first().map_or(f64::INFINITY, |c| c.0)
+    }
+
+    /// Whether the tool moves steadily and either has touched for a while or is clear of what it touched.
+    fn steady(&self, t: f64) -> bool {
+        let Some((from, to, steady)) = self.each.iter().rev().find(|c| c.0 <= t) else {
+            return false;
+        };
+        let settled = if t <= *to {
+            (from + SETTLE..to - PULLED).contains(&t)
+        } else {
+            self.apart(t)
+        };
+        settled && self.way.speed(t) > *steady
+    }
+
+    /// Whether the tool is farther than both may yield from where any touch began or ended.
+    fn apart(&self, t: f64) -> bool {
+        let at = self.way.at(t);
+        at.is_some_and(|at| self.ends.iter().all(|end| (end - at).norm() > YIELDS))
+    }
+}
+
+/// Where the tool is.
+struct Way {
+    time: Vec<f64>,
+    axes: [Vec<f64>; 3],
+}
+
+impl Way {
+    fn of(action: &Action) -> Self {
+        let axis = |k: usize| action.tool.position.iter().map(|p| p[k]).collect();
+        Self {
+            time: action.tool.time.clone(),
+            axes: [axis(0), axis(1), axis(2)],
+        }
+    }
+
+    fn at(&self, t: f64) -> Option<Point3<f64>> {
+        let at = |k: usize| interpolate(&self.time, &self.axes[k], t);
+        Some(Point3::new(at(0)?, at(1)?, at(2)?))
+    }
+
+    fn speed(&self, t: f64) -> f64 {
+        let h = 0.04;
+        let far = self.at(t + h).zip(self.at(t - h));
+        far.map_or(0.0, |(to, from)| (to - from).norm() / (2.0 * h))
+    }
+}
+
+/// What it takes along the motion to accelerate a body of one link as it is foretold to go, N; a chain's is not.
+fn inertial(scene: &Scene, action: &Action, found: &PushPrediction, direction: &Vector3<f64>) -> Vec<f64> {
+    let (time, poses) = (&found.prediction.time, found.prediction.poses.get(&action.target));
+    let alone = scene
+        .model
+        .twin
+        .body_of(&action.target)
+        .is_some_and(|b| b.links.len() == 1);
+    let link = scene.model.twin.link(&action.target).filter(|_| alone);
+    let mass = link.and_then(|l| l.mass.as_ref()).filter(|m| m.is_told());
+    let (Some(mass), Some(poses)) = (mass, poses) else {
+        return vec![0.0; time.len()];
     };
-    times.iter().map(speed).collect()
+    let centre = link.and_then(|l| l.com.as_ref()).map_or([0.0; 3], |c| c.value);
+    let centre = Point3::from(centre);
+    let way: Vec<f64> = poses.iter().map(|p| (p.0 * centre).coords.dot(direction)).collect();
+    let at = |t: f64| interpolate(time, &way, t);
+    let accelerated = |t: &f64| {
+        let (before, now, after) = (at(t - PULLED)?, at(*t)?, at(t + PULLED)?);
+        Some((before - 2.0 * now + after) / (PULLED * PULLED))
+    };
+    time.iter()
+        .map(|t| mass.value * accelerated(t).unwrap_or(0.0))
+        .collect()
 }
 
 /// Position along and across the motion, and heading, of one tracked link.

@@ -5,7 +5,7 @@ use super::Config;
 use super::accelerate::Accelerated;
 use super::facts::Facts;
 use super::friction_force::Sliding;
-use super::pool::relative_sd;
+use super::pool::{positive, relative_sd};
 use super::resolve::{Before, STAGE};
 use super::together::{Moved, NOISY, Prior, Together, Word, learnt, ledger, left_open, together};
 use crate::base::{Estimate, Notices};
@@ -45,6 +45,23 @@ pub(super) fn combine(
     let least = if noisy { 0.5 } else { 0.0 };
     write(&mut link.mass, &found, 0, &moved, least);
     write(&mut link.friction.kinetic, &found, 1, &moved, least);
+    let parted = [&link.mass, &link.friction.kinetic].into_iter().flatten();
+    if parted.filter(|e| e.is_measured()).count() == 2 {
+        write_force(&mut link.friction_force.kinetic, &found, g, least);
+    }
+}
+
+/// The force of friction, with what pushes are off in common, as the two factors have it: a push that strayed carries it no more
+/// than it does those.
+fn write_force(target: &mut Option<Estimate>, found: &Together, g: f64, least: f64) {
+    let Some(old) = target.as_ref().filter(|e| e.is_measured()) else {
+        return;
+    };
+    let (value, sd) = (g * found.x.sum().exp(), found.sd([1.0; 3]));
+    let apart = (value / old.value).ln().abs();
+    let extra = (apart - 2.0 * sd.hypot(relative_sd(old))).max(least * apart);
+    let method = format!("{}, joint-fit", old.method);
+    *target = Some(positive(value, sd.hypot(extra), &old.unit, old.from.clone(), &method));
 }
 
 fn words_of(facts: &Facts, sliding: &Sliding, g: f64) -> Vec<Word> {

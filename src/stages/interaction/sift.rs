@@ -14,6 +14,8 @@ use crate::math::{mad_sd, median, quantile};
 const BESIDE: usize = 2;
 /// Readings of a block whose quiet is judged.
 const BLOCK: usize = 25;
+/// Readings on either side that are on one level where nothing touches or lets go.
+const ABOUT: usize = 5;
 /// Blocks up to this many times as noisy as the quietest tenth are quiet.
 const QUIET: f64 = 1.5;
 /// Standard deviations from which on a reading is a stray.
@@ -125,10 +127,14 @@ impl Judged {
         self.off[i].amax()
     }
 
-    /// Readings of quiet blocks between quiet blocks: what touches or lets go may knock.
+    /// Readings of quiet blocks between quiet blocks, on one level with those before and after them: what touches or lets go may
+    /// knock.
     fn quiet(&self, level: f64) -> impl Iterator<Item = usize> {
         let calm = move |i: usize| self.local.get(i).is_none_or(|l| *l <= QUIET * level);
-        let all = move |i: &usize| calm(*i) && calm(i + BLOCK) && calm(i.saturating_sub(BLOCK));
+        let last = self.away.len().saturating_sub(1);
+        let step = move |i: usize| self.away[(i + ABOUT).min(last)] - self.away[i.saturating_sub(ABOUT)];
+        let even = move |i: usize| step(i).iter().all(|x| x.is_nan() || x.abs() <= FAR * level);
+        let all = move |i: &usize| calm(*i) && calm(i + BLOCK) && calm(i.saturating_sub(BLOCK)) && even(*i);
         (0..self.off.len()).filter(move |i| all(i) && self.off[*i].iter().all(|x| x.is_finite()))
     }
 
@@ -306,5 +312,27 @@ mod tests {
         let (step, values) = rounding_of(&read(0.26, 0.1, 0.53), 0.0).expect("a step");
         assert!((step - 0.53).abs() < 1e-9 && values == 3, "{step} {values}");
         assert!(rounding_of(&read(0.3, 0.0, 0.3), 0.0).is_none());
+    }
+
+    /// A finger that meets something stiff bounces once before the force steps up; the readings about it are quiet.
+    #[test]
+    fn a_knock_where_something_is_touched_is_no_stray() {
+        let touched = |stray: bool| {
+            let mut capture = read(0.0, 0.02, 1e-9);
+            let one = capture.interactions[0].clone();
+            capture.interactions = vec![one; 16];
+            for (k, interaction) in capture.interactions.iter_mut().enumerate() {
+                let stream = interaction.force.as_mut().expect("a force");
+                stream.time.truncate(150);
+                // As noisy in every block.
+                let noise = |i: usize| 3e-3 * ((i * 5 + k) % 7) as f64;
+                stream.force = (0..150).map(|i| Vector3::new(0.0, noise(i), 0.0)).collect();
+                stream.force[if stray { 20 } else { 73 }].y += 2.0;
+                stream.force[75..].iter_mut().for_each(|f| f.y += 3.0);
+            }
+            sift(&capture).1.strays.map(|s| s.count)
+        };
+        assert_eq!(touched(false), None);
+        assert!(touched(true).is_some_and(|n| n >= 8), "{:?}", touched(true));
     }
 }

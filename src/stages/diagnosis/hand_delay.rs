@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::play::{Led, Reading, led};
+use super::play::{Followed, Reading};
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::capture::{Capture, Segmented};
@@ -39,7 +39,7 @@ pub(super) struct HandDelay {
 }
 
 /// What one motion says: the delay with its standard deviation, s.
-fn one(led: &Led) -> Option<(f64, f64)> {
+fn one(led: &Followed) -> Option<(f64, f64)> {
     let r = &led.readings;
     if r.len() < READINGS {
         return None;
@@ -68,7 +68,7 @@ fn one(led: &Led) -> Option<(f64, f64)> {
 }
 
 /// Root mean square of what a delay leaves of how far hand and child are apart.
-fn rms(all: &[&Led], tau: f64) -> f64 {
+fn rms(all: &[&Followed], tau: f64) -> f64 {
     let (mut square, mut count) = (0.0, 0.0);
     for led in all {
         let left: Vec<f64> = led
@@ -93,7 +93,9 @@ pub(super) fn hand_delay(capture: &Capture, segmented: &[Segmented], model: &Mod
         let righted = late.undone(capture);
         let joint = model.twin.joints().find(|j| j.name == late.joint)?;
         let each = righted.interactions.iter().filter(|i| !i.held_out);
-        let each: Vec<(f64, f64)> = each.filter_map(|i| one(&led(i, segmented, model, joint)?)).collect();
+        let each: Vec<(f64, f64)> = each
+            .filter_map(|i| one(&Followed::of(i, segmented, model, joint)?))
+            .collect();
         let (values, sds): (Vec<f64>, Vec<f64>) = each.into_iter().unzip();
         let more = random_effects(&values, &sds, SCATTER)?;
         late.seconds.0 += more.mean;
@@ -109,14 +111,14 @@ fn best(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<Han
         let each = capture
             .interactions
             .iter()
-            .filter_map(|i| led(i, segmented, model, joint));
-        of_joint(joint, &each.collect::<Vec<Led>>())
+            .filter_map(|i| Followed::of(i, segmented, model, joint));
+        of_joint(joint, &each.collect::<Vec<Followed>>())
     });
     found.min_by(|a, b| a.seconds.1.total_cmp(&b.seconds.1))
 }
 
-fn of_joint(joint: &Joint, all: &[Led]) -> Option<HandDelay> {
-    let fitted: Vec<(&Led, (f64, f64))> = all
+fn of_joint(joint: &Joint, all: &[Followed]) -> Option<HandDelay> {
+    let fitted: Vec<(&Followed, (f64, f64))> = all
         .iter()
         .filter(|l| !l.held_out)
         .filter_map(|l| Some((l, one(l)?)))
@@ -126,8 +128,8 @@ fn of_joint(joint: &Joint, all: &[Led]) -> Option<HandDelay> {
     }
     let (values, sds): (Vec<f64>, Vec<f64>) = fitted.iter().map(|f| f.1).unzip();
     let pooled = random_effects(&values, &sds, SCATTER)?;
-    let held: Vec<&Led> = all.iter().filter(|l| l.held_out).collect();
-    let judged: Vec<&Led> = if held.is_empty() {
+    let held: Vec<&Followed> = all.iter().filter(|l| l.held_out).collect();
+    let judged: Vec<&Followed> = if held.is_empty() {
         fitted.iter().map(|f| f.0).collect()
     } else {
         held.clone()
@@ -192,7 +194,7 @@ mod tests {
 
     /// A hand to and fro at changing speed, on dry friction with a spring, that what is tracked follows `tau` later; in a grip
     /// that gives by `give` under the friction.
-    fn motion(tau: f64, give: f64) -> Led {
+    fn motion(tau: f64, give: f64) -> Followed {
         let way = |t: f64| 0.2 * (0.9 * t).sin() + 0.05 * (2.3 * t).cos();
         let speed = |t: f64| 0.18 * (0.9 * t).cos() - 0.115 * (2.3 * t).sin();
         let load = |t: f64| 4.0 * speed(t).signum() + 20.0 * way(t);
@@ -207,14 +209,36 @@ mod tests {
                 load: load(t),
             }
         };
-        Led {
+        Followed {
             interaction: "pull".into(),
             held_out: false,
-            half: (0.0, 1e-4),
-            middle: 0.0,
             lever: 1.0,
             load: 4.0,
             readings: (0..300).map(one).collect(),
+        }
+    }
+
+    /// One way only, from rest to rest.
+    fn one_way(tau: f64) -> Followed {
+        let smooth = |u: f64| u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+        let way = |t: f64| 0.3 * smooth((t / 1.5).clamp(0.0, 1.0));
+        let speed = |t: f64| (way(t + 1e-4) - way(t - 1e-4)) / 2e-4;
+        let mut out = motion(0.0, 0.0);
+        for (i, r) in out.readings.iter_mut().enumerate() {
+            let t = 0.04 * i as f64 - 0.5;
+            let ripple = 1e-4 * ((i * 37 % 11) as f64 - 5.0) / 5.0;
+            (r.hand, r.child) = (way(t), way(t - tau) + ripple);
+            (r.hand_speed, r.child_speed, r.load) = (speed(t), speed(t - tau), 2.0 * (speed(t) / 0.01).clamp(0.0, 1.0));
+        }
+        out.readings.truncate(65);
+        out
+    }
+
+    #[test]
+    fn a_motion_one_way_tells_a_delay_as_well() {
+        for tau in [0.05, 0.0] {
+            let (said, sd) = one(&one_way(tau)).expect("a delay");
+            assert!((said - tau).abs() < 4e-3 && sd < 4e-3, "{said} ± {sd} for {tau}");
         }
     }
 

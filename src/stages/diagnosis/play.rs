@@ -46,18 +46,18 @@ pub(super) struct Reading {
     pub load: f64,
 }
 
-/// What one motion says.
-pub(super) struct Led {
-    pub interaction: String,
-    pub held_out: bool,
+/// What one motion to and fro says.
+struct Led {
+    interaction: String,
+    held_out: bool,
     /// Half the difference between the two ways, with its standard deviation, and the middle, rad or m.
-    pub half: (f64, f64),
-    pub middle: f64,
+    half: (f64, f64),
+    middle: f64,
     /// Metres at the hand for each unit of the joint.
-    pub lever: f64,
+    lever: f64,
     /// Load while it moves, N·m or N.
-    pub load: f64,
-    pub readings: Vec<Reading>,
+    load: f64,
+    readings: Vec<Reading>,
 }
 
 /// Play between hand and child of every joint of which none is `named` yet.
@@ -184,37 +184,67 @@ fn rms(all: &[&Led], half: f64) -> f64 {
     (square / f64::max(count, 1.0)).sqrt()
 }
 
-/// A motion of a joint whose child a hand holds, both followed, to and fro.
-pub(super) fn led(interaction: &Interaction, segmented: &[Segmented], model: &Model, joint: &Joint) -> Option<Led> {
-    interaction.tool.as_ref().filter(|t| t.pin || t.grip)?;
-    let (path, track) = (interaction.tool_path.as_ref()?, interaction.tracks.get(&joint.child)?);
-    if interaction.kind != Kind::Pull {
-        return None;
+/// A motion of a joint whose child a hand holds, both followed.
+pub(super) struct Followed {
+    pub interaction: String,
+    pub held_out: bool,
+    /// Metres at the hand for each unit of the joint.
+    pub lever: f64,
+    /// Load while it moves, N·m or N.
+    pub load: f64,
+    pub readings: Vec<Reading>,
+}
+
+impl Followed {
+    /// Nothing where no hand holds the child, or one of the two is not followed.
+    pub fn of(interaction: &Interaction, segmented: &[Segmented], model: &Model, joint: &Joint) -> Option<Self> {
+        interaction.tool.as_ref().filter(|t| t.pin || t.grip)?;
+        let (path, track) = (interaction.tool_path.as_ref()?, interaction.tracks.get(&joint.child)?);
+        if interaction.kind != Kind::Pull {
+            return None;
+        }
+        let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
+        let row = |s: &PoseStream| median(&s.time.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>());
+        let rows = ROWS * row(path)?.max(row(track)?);
+        let loads = joint_loads(
+            interaction,
+            cut,
+            joint,
+            model,
+            [BLOCK.max(rows), BLOCK.max(rows), STANDS],
+        )?;
+        let lever = median(&loads.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
+        let readings = readings(path, &loads, joint, 0.5 * BLOCK.max(rows));
+        let slides = joint.kind == JointKind::Prismatic;
+        // Poses do not count whole turns.
+        if !slides && readings.iter().any(|r| r.hand.abs() > HALF_TURN) {
+            return None;
+        }
+        let out = Self {
+            interaction: interaction.name.clone(),
+            held_out: interaction.held_out,
+            lever: if slides { 1.0 } else { lever },
+            load: 0.0,
+            readings,
+        };
+        let both = [1.0, -1.0].map(|sign| out.goes(sign));
+        let felt: Vec<f64> = both.iter().flatten().map(|r| r.load.abs()).collect();
+        let load = median(&felt).filter(|l| *l > 0.0)?;
+        Some(Self { load, ..out })
     }
-    let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
-    let row = |s: &PoseStream| median(&s.time.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>());
-    let rows = ROWS * row(path)?.max(row(track)?);
-    let loads = joint_loads(
-        interaction,
-        cut,
-        joint,
-        model,
-        [BLOCK.max(rows), BLOCK.max(rows), STANDS],
-    )?;
-    let lever = median(&loads.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
-    let lever = if joint.kind == JointKind::Prismatic { 1.0 } else { lever };
-    let readings = readings(path, &loads, joint, 0.5 * BLOCK.max(rows));
-    let slides = joint.kind == JointKind::Prismatic;
-    // Poses do not count whole turns.
-    if !slides && readings.iter().any(|r| r.hand.abs() > HALF_TURN) {
-        return None;
-    }
-    let usual = usual_speed(&readings);
-    let goes = |sign: f64| -> Vec<&Reading> {
+
+    /// Readings in which both go one way.
+    fn goes(&self, sign: f64) -> Vec<&Reading> {
+        let usual = usual_speed(&self.readings);
         let both = |r: &&Reading| sign * r.hand_speed > MOVES * usual && sign * r.child_speed > MOVES * usual;
-        readings.iter().filter(both).collect()
-    };
-    let ways = [goes(1.0), goes(-1.0)];
+        self.readings.iter().filter(both).collect()
+    }
+}
+
+/// A motion whose child a hand holds, both followed, to and fro.
+fn led(interaction: &Interaction, segmented: &[Segmented], model: &Model, joint: &Joint) -> Option<Led> {
+    let followed = Followed::of(interaction, segmented, model, joint)?;
+    let ways = [followed.goes(1.0), followed.goes(-1.0)];
     if ways.iter().any(|w| w.len() < FEWEST) {
         return None;
     }
@@ -225,15 +255,14 @@ pub(super) fn led(interaction: &Interaction, segmented: &[Segmented], model: &Mo
         Some((middle, 1.5 * median(&off)? / (each.len() as f64 / 4.0).max(1.0).sqrt()))
     };
     let (ahead, back) = (apart(&ways[0])?, apart(&ways[1])?);
-    let felt: Vec<f64> = ways.iter().flatten().map(|r| r.load.abs()).collect();
     Some(Led {
-        interaction: interaction.name.clone(),
-        held_out: interaction.held_out,
+        interaction: followed.interaction,
+        held_out: followed.held_out,
         half: (0.5 * (ahead.0 - back.0), 0.5 * ahead.1.hypot(back.1)),
         middle: 0.5 * (ahead.0 + back.0),
-        lever,
-        load: median(&felt).filter(|l| *l > 0.0)?,
-        readings,
+        lever: followed.lever,
+        load: followed.load,
+        readings: followed.readings,
     })
 }
 

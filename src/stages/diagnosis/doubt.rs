@@ -264,4 +264,35 @@ mod tests {
         body.joints[0].damping = None;
         assert!(!borne(&mut body, 0, 0.05) && !exchanged(&mut body.joints[0], true));
     }
+
+    #[test]
+    fn a_finger_of_which_a_bound_is_known_is_tried_at_it() {
+        let mut link = Link::new("box", Pose::identity());
+        link.friction.tool = Some(Estimate::assumed(0.5, 0.35, "1", "test").with_interval([0.25, 3.0]));
+        let mut body = Body {
+            name: "box".into(),
+            links: vec![link],
+            joints: Vec::new(),
+        };
+        assert!(bounded(&mut body) && body.links[0].friction.tool.as_ref().is_some_and(|t| t.value == 0.25));
+        let told = Estimate::measured(0.3, 0.01, "1", Vec::new(), "test");
+        body.links[0].friction.tool = Some(told);
+        assert!(!bounded(&mut body) && body.links[0].friction.tool.as_ref().is_some_and(|t| t.value == 0.3));
+    }
+
+    #[test]
+    fn a_doubt_of_places_is_none_of_forces() {
+        let curve = |quantity| Curve {
+            label: String::new(),
+            quantity,
+            time: vec![0.0; 3],
+            measured: vec![0.0; 3],
+            predicted: vec![0.0; 3],
+            noise: None,
+        };
+        let curves = [curve(Quantity::Force), curve(Quantity::Position)];
+        let mut squares = vec![vec![4.0; 3]];
+        add_evenly(&mut squares, &curves, Quantity::Position, 3.0);
+        assert_eq!(squares, [vec![4.0; 3], vec![9.0; 3]]);
+    }
 }

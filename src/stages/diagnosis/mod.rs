@@ -70,6 +70,7 @@ mod sensor_lag;
 mod shown;
 mod sinking;
 mod slide;
+mod slide_touches;
 mod slope;
 mod structure;
 mod together;

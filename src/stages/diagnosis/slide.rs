@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::doubt::{add_evenly, add_squares, in_doubt};
 use super::predict::{Outcome, Scene};
 use super::rubbing::shoved_along;
+use super::slide_touches::{PULLED, SETTLE, Touches};
 use super::trace::Predicted;
 use super::{Curve, Path, Quantity};
 use crate::base::{Estimate, Pose};
@@ -14,17 +15,6 @@ use crate::physics::{Action, Hold, Prediction, PushPrediction, predict_push};
 use crate::stages::estimation::{
     first_rest, replay_push, rest_pose, support_normal, travel_direction, travel_of_track, tumbles,
 };
-
-/// Seconds after first contact in which static friction and presliding rule: the model does not say.
-const SETTLE: f64 = 0.25;
-/// Below this share of its largest speed while it touches the tool starts or stops: the force of a standing tool is not
-/// determined.
-const STEADY: f64 = 0.7;
-/// Way of a finger before it moves what it meets and after it moved it, over which it may press already or still, m: neither is
-/// rigid.
-const YIELDS: f64 = 2.5e-3;
-/// Seconds on each side over which the acceleration of what is moved is taken: nearer to its end a push is not judged.
-const PULLED: f64 = 0.06;
 
 /// Force along the motion and the motion of every tracked link.
 pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
@@ -89,10 +79,7 @@ fn thrown_ahead(scene: &Scene, action: &Action, found: &PushPrediction) -> [(Qua
     let told = |e: Option<&Estimate>, else_: f64| e.map_or(else_, |e| e.value);
     let rubs = told(friction.and_then(|f| f.kinetic.as_ref()), RUBS).max(0.05);
     let reach = told(friction.and_then(|f| f.torsional_radius.as_ref()), REACH).max(0.005);
-    let way = Way::of(action);
-    let touches = |t: &&f64| found.contact.iter().any(|c| (c.0..=c.1).contains(*t));
-    let speeds = found.prediction.time.iter().filter(touches).map(|t| way.speed(*t));
-    let far = THROWN * speeds.fold(0.0, f64::max).powi(2) / (2.0 * rubs * action.gravity);
+    let far = THROWN * Touches::of(action, found).fastest().powi(2) / (2.0 * rubs * action.gravity);
     [(Quantity::Position, far), (Quantity::Rotation, far / reach)]
 }
 
@@ -177,11 +164,17 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
     let before = rest.map_or(f64::NEG_INFINITY, |p| p.end).max(touches.first()) - 0.5 * SETTLE;
     let at = |(t, borne): (&f64, &f64)| {
         if *t < before {
-            return (held || touches.each.is_empty() || touches.apart(*t)).then_some(0.0);
+            return (held || touches.none() || touches.apart(*t)).then_some(0.0);
         }
         let along = interpolate(&found.prediction.time, &rubbed, *t)?;
         let more = interpolate(&found.prediction.time, &inertial, *t)?;
-        touches.steady(*t).then_some(borne * along - weighed + more)
+        // What no finger touches any more is not felt, whatever pulls it.
+        let felt = if touches.touching(*t) {
+            borne * along - weighed + more
+        } else {
+            0.0
+        };
+        touches.steady(*t).then_some(felt)
     };
     Some(Curve {
         label: "force along the motion".into(),
@@ -191,82 +184,6 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         time,
         noise,
     })
-}
-
-/// When the tool touched, and how it went.
-struct Touches {
-    way: Way,
-    /// Beginning, end, and the speed that is steady enough, m/s.
-    each: Vec<(f64, f64, f64)>,
-    /// Where the tool was when a touch began or ended.
-    ends: Vec<Point3<f64>>,
-}
-
-impl Touches {
-    fn of(action: &Action, found: &PushPrediction) -> Self {
-        let way = Way::of(action);
-        let time = &found.prediction.time;
-        let each = |(from, to): &(f64, f64)| {
-            let own = time.iter().filter(|t| (from..=to).contains(t));
-            (*from, *to, STEADY * own.map(|t| way.speed(*t)).fold(0.0, f64::max))
-        };
-        let ends = found.contact.iter().flat_map(|c| [c.0, c.1]);
-        Self {
-            each: found.contact.iter().map(each).collect(),
-            ends: ends.filter_map(|t| way.at(t)).collect(),
-            way,
-        }
-    }
-
-    fn first(&self) -> f64 {
-        self.each.first().map_or(f64::INFINITY, |c| c.0)
-    }
-
-    /// Whether the tool moves steadily and either has touched for a while or is clear of what it touched.
-    fn steady(&self, t: f64) -> bool {
-        let Some((from, to, steady)) = self.each.iter().rev().find(|c| c.0 <= t) else {
-            return false;
-        };
-        let settled = if t <= *to {
-            (from + SETTLE..to - PULLED).contains(&t)
-        } else {
-            self.apart(t)
-        };
-        settled && self.way.speed(t) > *steady
-    }
-
-    /// Whether the tool is farther than both may yield from where any touch began or ended.
-    fn apart(&self, t: f64) -> bool {
-        let at = self.way.at(t);
-        at.is_some_and(|at| self.ends.iter().all(|end| (end - at).norm() > YIELDS))
-    }
-}
-
-/// Where the tool is.
-struct Way {
-    time: Vec<f64>,
-    axes: [Vec<f64>; 3],
-}
-
-impl Way {
-    fn of(action: &Action) -> Self {
-        let axis = |k: usize| action.tool.position.iter().map(|p| p[k]).collect();
-        Self {
-            time: action.tool.time.clone(),
-            axes: [axis(0), axis(1), axis(2)],
-        }
-    }
-
-    fn at(&self, t: f64) -> Option<Point3<f64>> {
-        let at = |k: usize| interpolate(&self.time, &self.axes[k], t);
-        Some(Point3::new(at(0)?, at(1)?, at(2)?))
-    }
-
-    fn speed(&self, t: f64) -> f64 {
-        let h = 0.04;
-        let far = self.at(t + h).zip(self.at(t - h));
-        far.map_or(0.0, |(to, from)| (to - from).norm() / (2.0 * h))
-    }
 }
 
 /// What it takes along the motion to accelerate a body of one link as it is foretold to go, N; a chain's is not.

@@ -142,3 +142,33 @@ fn entries(moved: &Moved) -> [LedgerEntry; 2] {
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_push_that_strays_carries_the_force_no_more_than_the_friction() {
+        let prior = Prior {
+            mean: [-0.7, -1.2, 0.0],
+            sd: [0.7, 0.5, 0.007],
+        };
+        // 0.5 kg and 0.3, in kilograms; one push of five is 40 % low.
+        let pushes = [0.15, 0.1502, 0.1497, 0.15, 0.09];
+        let words = pushes.iter().filter_map(|p| Word::pushed("push", (*p, 6e-4)));
+        let words: Vec<Word> = Word::weighed("lift", (0.5, 1e-3)).into_iter().chain(words).collect();
+        let found = together(&words, &prior, 0.015).expect("solved");
+        let mean = 9.81 * pushes.iter().sum::<f64>() / 5.0;
+        let mut force = Some(Estimate::measured(mean, 0.1, "N", vec!["push".into()], "test"));
+        write_force(&mut force, &found, 9.81, 0.0);
+        let force = force.expect("a force");
+        let product = 9.81 * (found.x[0] + found.x[1]).exp();
+        assert!((force.value / product - 1.0).abs() < 5e-3, "{} {product}", force.value);
+        assert!(
+            (force.value / 1.4715 - 1.0).abs() < 0.03 && mean < 1.36,
+            "{}",
+            force.value
+        );
+        assert!(force.ci95.is_some_and(|[low, high]| low < 1.4715 && 1.4715 < high));
+    }
+}

@@ -1,9 +1,11 @@
 //! A push replayed by the forward model, with the offset between mesh and touched surface fitted anew.
 
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::action::{first_rest, rest_pose};
-use crate::capture::{Interaction, PhaseKind, Segmented};
+use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
 use crate::math::{interpolate, mean_rotation, median};
 use crate::physics::{Action, Hold, Linkage, PushPrediction, Stance, predict_push};
 use crate::twin::{JointKind, Model};
@@ -71,6 +73,11 @@ pub fn replay_push(
     Some((gap, found))
 }
 
+/// Rows of a track at its end, where all has come to rest.
+fn tail(track: &PoseStream) -> Range<usize> {
+    track.len().saturating_sub(10).max(track.len() / 2)..track.len()
+}
+
 /// The point of the target, in its own frame, that is where the tool went farthest, and how far it was moved along `direction`, m:
 /// where a body turns about itself its origin may go the other way. The origin where rotations were not tracked.
 fn touched(
@@ -81,10 +88,10 @@ fn touched(
 ) -> Option<(Point3<f64>, f64)> {
     let track = interaction.tracks.get(&action.target)?;
     let start = rest_pose(track, first_rest(interaction, segmented))?;
-    let tail = track.len().saturating_sub(10).max(track.len() / 2)..track.len();
-    let axis = |k: usize| median(&track.position[tail.clone()].iter().map(|p| p[k]).collect::<Vec<_>>());
+    let last = tail(track);
+    let axis = |k: usize| median(&track.position[last.clone()].iter().map(|p| p[k]).collect::<Vec<_>>());
     let end = Vector3::new(axis(0)?, axis(1)?, axis(2)?);
-    let turns: Option<Vec<UnitQuaternion<f64>>> = track.rotation[tail.clone()].iter().copied().collect();
+    let turns: Option<Vec<UnitQuaternion<f64>>> = track.rotation[last.clone()].iter().copied().collect();
     let point = turns.and_then(|t| mean_rotation(&t)).map(|turned| {
         let end = Isometry3::from_parts(end.into(), turned);
         let all = action
@@ -130,8 +137,7 @@ pub fn travel_of_track(
 ) -> Option<f64> {
     let track = interaction.tracks.get(name)?;
     let start = rest_pose(track, first_rest(interaction, segmented))?;
-    let tail = track.len().saturating_sub(10).max(track.len() / 2)..track.len();
-    let ends: Vec<f64> = tail
+    let ends: Vec<f64> = tail(track)
         .map(|i| (track.position[i].coords - start.translation.vector).dot(direction))
         .collect();
     median(&ends)
@@ -143,7 +149,7 @@ mod tests {
 
     use super::*;
     use crate::base::Pose;
-    use crate::capture::{Kind, PoseStream};
+    use crate::capture::Kind;
     use crate::physics::ToolMotion;
 
     fn action(ways: &[f64]) -> Action {

@@ -1,46 +1,30 @@
 //! What it takes to set a joint going over what keeps it going, read at every start.
 //!
-//! A hand that sets out at once overshoots by itself: against dry friction a mass on the hand's spring swings by `v √(k m)`, and
-//! from a static excess `Δ` by the two together, `√(Δ² + c² v²)`. What is left at slow starts is the excess.
+//! A hand that sets out overshoots by itself: a mass on the hand's spring swings. But all of that becomes momentum: of a joint
+//! with nothing but dry friction, the impulse over what keeps it going is `J v`, `v` the speed that it then has, however soft the
+//! hand. What a static excess holds back is felt and moves nothing: it is what is left of the impulse where `v` goes to 0.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
+use super::joint_starts::{JointStart, joint_starts};
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::capture::{Capture, Segmented};
-use crate::math::{Settings, levenberg_marquardt, median};
-use crate::stages::estimation::{JointLoad, joint_loads};
+use crate::math::{mad_sd, median, weighted_linear};
 use crate::twin::{Finding, Joint, JointKind, Model};
 
-/// Seconds of one reading, half of the span of its speeds, and how far a parent may move that stands, m.
-const READ: [f64; 3] = [0.01, 0.08, 3e-3];
-/// Share of a leg's own speed from which on it has set out, and how long it stood before, s.
-const SETS_OUT: f64 = 0.2;
-const STOOD: f64 = 0.15;
-/// Around the setting out the peak lies, and after the peak what keeps it going and how fast it goes are read, s.
-const PEAK: [f64; 2] = [0.15, 0.15];
-const AFTER: [f64; 2] = [0.04, 0.14];
-const GOES: [f64; 2] = [0.1, 0.3];
 /// Fewest starts, standard deviations, and the least share of the friction that is an excess.
 const FEWEST: usize = 5;
 const CLEAR: f64 = 6.0;
-const LEAST: f64 = 0.4;
-/// Share of the squares that it has to take away, and of the starts that have to show half of it.
-const TAKEN: f64 = 0.7;
+const LEAST: f64 = 0.3;
+/// Scatter from start to start, as a share.
+const SCATTER: f64 = 0.1;
+/// Standard deviations from which on a start has less of a say.
+const STRAYS: f64 = 2.0;
+/// Share of the starts that have to show half of what all show.
 const COMMON: f64 = 0.85;
 /// Causes that make a joint jump at one place or after a way.
 const OTHERS: [&str; 5] = ["joint-stiction", "latch", "detent", "backlash", "joint-loose-mass"];
-
-/// One start.
-struct Start {
-    interaction: String,
-    held_out: bool,
-    /// rad/s or m/s.
-    speed: f64,
-    /// Peak over what keeps it going, N·m or N, and that.
-    excess: f64,
-    level: f64,
-}
 
 /// Joints that need more to be set going than to be kept going, of which nothing is `named` that would make it so.
 pub fn breakaway_findings(
@@ -60,109 +44,109 @@ pub fn breakaway_findings(
         let turns = joint.kind == JointKind::Revolute;
         finding(
             (&joint.name, turns, friction),
-            &starts(capture, segmented, model, joint),
+            &joint_starts(capture, segmented, model, joint),
         )
     };
     model.twin.joints().filter(free).filter_map(of).collect()
 }
 
-fn starts(capture: &Capture, segmented: &[Segmented], model: &Model, joint: &Joint) -> Vec<Start> {
-    let mut out = Vec::new();
-    for interaction in &capture.interactions {
-        let cut = segmented.iter().find(|s| s.interaction == interaction.name);
-        let Some(loads) = cut.and_then(|cut| joint_loads(interaction, cut, joint, model, READ)) else {
-            continue;
-        };
-        out.extend(starts_of(&loads).into_iter().map(|(speed, excess, level)| Start {
-            interaction: interaction.name.clone(),
-            held_out: interaction.held_out,
-            speed,
-            excess,
-            level,
-        }));
-    }
-    out
+/// Impulses of starts as `inertia v + held`.
+#[derive(Clone, Copy, Debug)]
+struct Impulses {
+    /// kg·m² or kg.
+    inertia: f64,
+    /// What moves nothing, with its standard deviation, N·m·s or N·s.
+    held: (f64, f64),
 }
 
-/// Speed, excess and level of each start of one motion.
-fn starts_of(loads: &[JointLoad]) -> Vec<(f64, f64, f64)> {
-    let fast = loads.iter().map(|l| l.speed.abs()).fold(0.0, f64::max);
-    let mut out = Vec::new();
-    let mut stood = 0.0;
-    for i in 1..loads.len() {
-        if loads[i].speed.abs() < SETS_OUT * fast {
-            stood += loads[i].time - loads[i - 1].time;
-            continue;
+impl Impulses {
+    /// Robust: a start that was none has little say. Without `held` where that is not asked for.
+    fn of(starts: &[&JointStart], held: bool) -> Option<Self> {
+        let n = starts.len();
+        let speeds = DVector::from_iterator(n, starts.iter().map(|s| s.speed));
+        let felt = DVector::from_iterator(n, starts.iter().map(|s| s.impulse.0));
+        let mut foretold = felt.clone();
+        let mut out = None;
+        for _ in 0..10 {
+            let weight = |i: usize| {
+                let sd = starts[i].impulse.1.hypot(SCATTER * foretold[i]).max(1e-12);
+                let strays = (felt[i] - foretold[i]).abs() / sd;
+                (STRAYS / strays.max(STRAYS)) / (sd * sd)
+            };
+            let weights = DVector::from_fn(n, |i, _| weight(i));
+            // What gives way to a push cannot run ahead of it: an inertia is not negative.
+            let both = DMatrix::from_fn(n, 2, |i, k| if k == 0 { speeds[i] } else { 1.0 });
+            let two = held.then(|| weighted_linear(&both, &felt, &weights)).flatten();
+            let column = |values: &DVector<f64>| DMatrix::from_column_slice(n, 1, values.as_slice());
+            let (x, fit, last) = if let Some(fit) = two.filter(|f| f.x[0] > 0.0) {
+                ([fit.x[0], fit.x[1]], fit, 1)
+            } else if held {
+                let fit = weighted_linear(&column(&DVector::from_element(n, 1.0)), &felt, &weights)?;
+                ([0.0, fit.x[0]], fit, 0)
+            } else {
+                let fit = weighted_linear(&column(&speeds), &felt, &weights)?;
+                ([fit.x[0], 0.0], fit, 0)
+            };
+            foretold = speeds.map(|v| x[0] * v + x[1]);
+            let squares: f64 = (0..n).map(|i| weights[i] * (felt[i] - foretold[i]).powi(2)).sum();
+            let misfit = (squares / (n as f64 - 2.0).max(1.0)).sqrt().max(1.0);
+            out = Some(Self {
+                inertia: x[0],
+                held: (x[1], fit.covariance[(last, last)].sqrt() * misfit),
+            });
         }
-        if stood > STOOD {
-            out.extend(start(loads, i));
-        }
-        stood = 0.0;
+        out
     }
-    out
-}
 
-fn start(loads: &[JointLoad], i: usize) -> Option<(f64, f64, f64)> {
-    let (at, way) = (loads[i].time, loads[i].speed.signum());
-    let within = |from: f64, to: f64| loads.iter().filter(move |l| (from..to).contains(&l.time));
-    let peak = within(at - PEAK[0], at + PEAK[1]).max_by(|a, b| (way * a.load).total_cmp(&(way * b.load)))?;
-    let of = |span: [f64; 2], value: &dyn Fn(&JointLoad) -> f64| {
-        let values: Vec<f64> = within(peak.time + span[0], peak.time + span[1]).map(value).collect();
-        (values.len() > 5).then(|| median(&values)).flatten()
-    };
-    let level = of(AFTER, &|l| way * l.load)?;
-    let speed = of(GOES, &|l| way * l.speed).filter(|v| *v > 0.0)?;
-    Some((speed, way * peak.load - level, level))
-}
+    /// By how much the load of a start goes over its level without an excess, N·m or N: `√(J v k r)`, `k r` the rate at which the
+    /// hand loads it.
+    fn swing(&self, start: &JointStart) -> f64 {
+        (self.inertia * start.speed * start.rises).sqrt()
+    }
 
-/// `√(Δ² + c² v²)`.
-fn overshoot(x: &DVector<f64>, speed: f64) -> f64 {
-    x[0].hypot(x[1] * speed)
-}
+    /// The excess of a start, N·m or N, if it is gone before the swing has begun, and if it lasts as long.
+    fn excesses(&self, start: &JointStart) -> [f64; 2] {
+        let swing = self.swing(start);
+        [
+            (start.excess * start.excess - swing * swing).max(0.0).sqrt(),
+            (start.excess - swing).max(0.0),
+        ]
+    }
 
-fn squares(starts: &[&Start], x: &DVector<f64>) -> f64 {
-    starts.iter().map(|s| (s.excess - overshoot(x, s.speed)).powi(2)).sum()
+    /// Root mean square of what is left of the peaks, N·m or N.
+    fn error(&self, starts: &[&JointStart], excess: f64) -> f64 {
+        let peak = |s: &JointStart| 0.5 * (excess.hypot(self.swing(s)) + excess + self.swing(s));
+        let left = |s: &JointStart| s.excess - peak(s);
+        let squares: f64 = starts.iter().map(|s| left(s).powi(2)).sum();
+        (squares / starts.len().max(1) as f64).sqrt()
+    }
 }
 
 /// Of a joint with this name, which turns or slides, with this friction, N·m or N.
-fn finding((name, turns, friction): (&str, bool, f64), all: &[Start]) -> Option<Finding> {
-    let (held, fitted): (Vec<&Start>, Vec<&Start>) = all.iter().partition(|s| s.held_out);
+fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Option<Finding> {
+    let (held, fitted): (Vec<&JointStart>, Vec<&JointStart>) = all.iter().partition(|s| s.held_out);
     if fitted.len() < FEWEST {
         return None;
     }
     let friction = friction.max(median(&fitted.iter().map(|s| s.level).collect::<Vec<_>>())?);
-    let usual = median(&fitted.iter().map(|s| s.excess).collect::<Vec<_>>())?.max(0.0);
-    let per_speed = median(&fitted.iter().map(|s| s.excess / s.speed).collect::<Vec<_>>())?.max(0.0);
-    // Robust: a start that was no start has no say.
-    let scale = 0.2 * usual.max(1e-6);
-    let residuals = |x: &DVector<f64>| {
-        let each = fitted.iter().map(|s| (s.excess - overshoot(x, s.speed)) / scale);
-        DVector::from_iterator(fitted.len(), each)
-    };
-    let steps = DVector::from_vec(vec![1e-3 * usual.max(1e-6), 1e-3 * per_speed.max(1e-6)]);
-    let fit = levenberg_marquardt(
-        &DVector::from_vec(vec![usual, 0.3 * per_speed]),
-        &steps,
-        Settings::default(),
-        residuals,
-    )?;
-    let excess = fit.x[0].abs();
-    let misfit = (2.0 * fit.cost / (fitted.len() as f64 - 2.0).max(1.0)).sqrt();
-    let sd = (fit.sd(0) * misfit).hypot(0.05 * excess);
-    let (top, base) = fitted
-        .iter()
-        .fold((0.0, 0.0), |(t, b), s| (t + s.excess * s.speed, b + s.speed * s.speed));
-    let plain = DVector::from_vec(vec![0.0, (top / base.max(1e-30)).max(0.0)]);
+    let (impulses, plain) = (Impulses::of(&fitted, true)?, Impulses::of(&fitted, false)?);
+    let (left, sd_left) = impulses.held;
+    // Slow starts swing least.
+    let usual = median(&fitted.iter().map(|s| impulses.swing(s)).collect::<Vec<_>>())?;
+    let slow = || fitted.iter().filter(|s| impulses.swing(s) <= usual);
+    let [gone, lasts] = [0, 1].map(|k| slow().map(|s| impulses.excesses(s)[k]).collect::<Vec<_>>());
+    let scatter = mad_sd(&gone)? / (gone.len() as f64).sqrt();
+    let [gone, lasts] = [median(&gone)?, median(&lasts)?];
+    let excess = 0.5 * (gone + lasts);
+    let sd = scatter.hypot(0.1 * excess).hypot((gone - lasts) / 12.0_f64.sqrt());
+    let shows = |s: &&&JointStart| s.impulse.0 - impulses.inertia * s.speed > 0.5 * left;
+    let common = fitted.iter().filter(shows).count() as f64 > COMMON * fitted.len() as f64;
     let judged = if held.is_empty() { &fitted } else { &held };
-    let [before, after] = [&plain, &fit.x].map(|x| (squares(judged, x) / judged.len() as f64).sqrt());
-    let taken = 1.0 - squares(&fitted, &fit.x) / squares(&fitted, &plain).max(1e-30);
-    let shown = fitted.iter().filter(|s| s.excess > 0.5 * excess).count();
-    let common = shown as f64 > COMMON * fitted.len() as f64;
-    let clear = excess > CLEAR * sd && excess > LEAST * friction && taken > TAKEN && common && after < before;
-    if !clear {
+    let [before, after] = [plain.error(judged, 0.0), impulses.error(judged, excess)];
+    if left < CLEAR * sd_left || excess < LEAST * friction || !common || after > before {
         return None;
     }
-    let names = |of: &[&Start]| {
+    let names = |of: &[&JointStart]| {
         let mut names: Vec<String> = of.iter().map(|s| s.interaction.clone()).collect();
         names.dedup();
         names
@@ -173,7 +157,7 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[Start]) -> Option<
         sd / friction,
         "1",
         names(&fitted),
-        "peaks of starts over their speeds",
+        "impulses and peaks of starts over their speeds",
     );
     let told = Told {
         cause: "joint-stiction",
@@ -182,7 +166,7 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[Start]) -> Option<
         rivals: &[],
         parameter: ("fs_over_fc", share),
         residual: "load at the start",
-        statistic: excess / sd,
+        statistic: left / sd_left,
         words: "more force is needed to set the joint going than to keep it going".into(),
         gain: gain(quantity, unit, [before, after], names(&held)),
     };
@@ -193,15 +177,21 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[Start]) -> Option<
 mod tests {
     use super::*;
 
-    fn starts(excess: f64, per_speed: f64) -> Vec<Start> {
+    /// Starts of an inertia on a hand of this stiffness, from a static excess.
+    fn starts(excess: f64, stiffness: f64) -> Vec<JointStart> {
+        let inertia = 0.02;
         let one = |k: usize| {
-            let speed = [0.1, 0.3, 0.8, 1.5][k % 4];
-            Start {
+            let speed = [0.05, 0.1, 0.3, 0.8, 1.5][k % 5];
+            let rises = stiffness * speed;
+            let more = 1.0 + 0.05 * ((k * 7 % 5) as f64 - 2.0);
+            JointStart {
                 interaction: format!("pull-{k:02}"),
-                held_out: k % 5 == 4,
+                held_out: k % 7 == 4,
+                level: 0.1,
+                excess: excess.hypot((inertia * speed * rises).sqrt()) * more,
+                rises,
+                impulse: ((inertia * speed + 0.08 * excess) * more, 2e-4),
                 speed,
-                excess: excess.hypot(per_speed * speed) * (1.0 + 0.05 * ((k * 7 % 5) as f64 - 2.0)),
-                level: 0.06,
             }
         };
         (0..15).map(one).collect()
@@ -209,12 +199,13 @@ mod tests {
 
     #[test]
     fn an_excess_is_told_from_the_swing_of_a_hand() {
-        let joint = ("hinge", true, 0.06);
-        assert!(finding(joint, &starts(0.0, 0.2)).is_none());
-        let found = finding(joint, &starts(0.15, 0.05)).expect("an excess");
+        let joint = ("hinge", true, 0.1);
+        assert!(finding(joint, &starts(0.0, 200.0)).is_none());
+        assert!(finding(joint, &starts(0.0, 5.0)).is_none());
+        let found = finding(joint, &starts(0.15, 20.0)).expect("an excess");
         let share = &found.parameters["fs_over_fc"];
         assert!(
-            found.cause == "joint-stiction" && (share.value - 2.5).abs() < 0.25,
+            found.cause == "joint-stiction" && share.ci95.is_some_and(|[low, high]| (low..high).contains(&1.5)),
             "{found:?}"
         );
     }

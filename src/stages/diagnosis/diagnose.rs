@@ -11,6 +11,7 @@ use super::family::Family;
 use super::frames::{frame_finding, put_right};
 use super::hand_delay::{HandDelay, hand_delay};
 use super::inertia;
+use super::joint_lag::lag_of_joints;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
 use super::motions::{Motions, of_all_joints};
@@ -228,7 +229,9 @@ fn name_causes(
     let lost = rounded_away(faults);
     let begun = onsets(capture, segmented, model);
     let all: Vec<Onset> = begun.iter().flat_map(|(_, all)| all.iter().cloned()).collect();
-    let lag = lag_of(&all).filter(|_| config.allows("sensor-lag"));
+    let lag = lag_of(&all)
+        .or_else(|| lag_of_joints(capture, segmented, model))
+        .filter(|_| config.allows("sensor-lag"));
     let undone = lag.as_ref().map(|lag| lag.undone(capture));
     let capture = undone.as_ref().unwrap_or(capture);
     let pushes = Pushes::new(capture, segmented, model).map(|p| p.rounded(lost));
@@ -288,7 +291,7 @@ fn name_causes(
     let told = told_by_one_number(capture, segmented, model, findings);
     findings.extend(told);
     if let Some(lag) = lag {
-        findings.push(lag.finding(&all));
+        findings.push(lag.finding());
     } else {
         loads.clocks = Clocks::of(&begun);
         findings.extend(onset_findings(&begun, &loads.clocks));

@@ -4,7 +4,7 @@
 //! by another constant each way, and between the two the hand feels nothing. What gives under the load differs as much,
 //! but the load grows with it.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 use super::told::{Told, gain};
 use crate::base::{Estimate, Notices};
@@ -38,6 +38,7 @@ const LEAST: f64 = 5e-4;
 const FAR: f64 = 4e-3;
 
 /// One reading: where hand and child are along the freedom, how fast they go, and what the hand feels.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
     pub hand: f64,
     pub child: f64,
@@ -83,8 +84,15 @@ fn play_of(
     joint: &Joint,
     notices: &mut Notices,
 ) -> Option<Finding> {
-    let one = |interaction: &Interaction| led(interaction, segmented, model, joint);
-    let all: Vec<Led> = capture.interactions.iter().filter_map(one).collect();
+    let one = |interaction: &Interaction| Followed::of(interaction, segmented, model, joint);
+    let followed: Vec<Followed> = capture.interactions.iter().filter_map(one).collect();
+    let to_and_fro: Vec<Led> = followed.iter().filter_map(led).collect();
+    let told = to_and_fro.iter().filter(|l| !l.held_out).count() >= MOTIONS;
+    let all = if told {
+        to_and_fro
+    } else {
+        there_or_back(&followed, joint)?
+    };
     let fitted: Vec<&Led> = all.iter().filter(|l| !l.held_out).collect();
     if fitted.len() < MOTIONS {
         return None;
@@ -192,6 +200,8 @@ pub(super) struct Followed {
     pub lever: f64,
     /// Load while it moves, N·m or N.
     pub load: f64,
+    /// The hand's first place, from which its positions count.
+    first: Vector3<f64>,
     pub readings: Vec<Reading>,
 }
 
@@ -214,7 +224,7 @@ impl Followed {
             [BLOCK.max(rows), BLOCK.max(rows), STANDS],
         )?;
         let lever = median(&loads.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
-        let readings = readings(path, &loads, joint, 0.5 * BLOCK.max(rows));
+        let (first, readings) = readings(path, &loads, joint, 0.5 * BLOCK.max(rows))?;
         let slides = joint.kind == JointKind::Prismatic;
         // Poses do not count whole turns.
         if !slides && readings.iter().any(|r| r.hand.abs() > HALF_TURN) {
@@ -225,6 +235,7 @@ impl Followed {
             held_out: interaction.held_out,
             lever: if slides { 1.0 } else { lever },
             load: 0.0,
+            first,
             readings,
         };
         let both = [1.0, -1.0].map(|sign| out.goes(sign));
@@ -241,34 +252,79 @@ impl Followed {
     }
 }
 
+/// By how much the hand is ahead of the child while both go one way, with its standard deviation.
+fn apart(way: &[&Reading]) -> Option<(f64, f64)> {
+    let each: Vec<f64> = way.iter().map(|r| r.hand - r.child).collect();
+    let middle = median(&each).filter(|_| way.len() >= FEWEST)?;
+    let off: Vec<f64> = each.iter().map(|d| (d - middle).abs()).collect();
+    Some((middle, 1.5 * median(&off)? / (each.len() as f64 / 4.0).max(1.0).sqrt()))
+}
+
 /// A motion whose child a hand holds, both followed, to and fro.
-fn led(interaction: &Interaction, segmented: &[Segmented], model: &Model, joint: &Joint) -> Option<Led> {
-    let followed = Followed::of(interaction, segmented, model, joint)?;
-    let ways = [followed.goes(1.0), followed.goes(-1.0)];
-    if ways.iter().any(|w| w.len() < FEWEST) {
-        return None;
-    }
-    let apart = |way: &[&Reading]| -> Option<(f64, f64)> {
-        let each: Vec<f64> = way.iter().map(|r| r.hand - r.child).collect();
-        let middle = median(&each)?;
-        let off: Vec<f64> = each.iter().map(|d| (d - middle).abs()).collect();
-        Some((middle, 1.5 * median(&off)? / (each.len() as f64 / 4.0).max(1.0).sqrt()))
-    };
-    let (ahead, back) = (apart(&ways[0])?, apart(&ways[1])?);
+fn led(followed: &Followed) -> Option<Led> {
+    let (ahead, back) = (apart(&followed.goes(1.0))?, apart(&followed.goes(-1.0))?);
     Some(Led {
-        interaction: followed.interaction,
+        interaction: followed.interaction.clone(),
         held_out: followed.held_out,
         half: (0.5 * (ahead.0 - back.0), 0.5 * ahead.1.hypot(back.1)),
         middle: 0.5 * (ahead.0 + back.0),
         lever: followed.lever,
         load: followed.load,
-        readings: followed.readings,
+        readings: followed.readings.clone(),
     })
 }
 
-/// Hand and child block by block; positions of the hand count from its first place.
-fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -> Vec<Reading> {
-    let (axis, origin) = (Vector3::from(joint.axis.value), Point3::from(joint.origin.value));
+/// Motions that go one way each, some there and some back, of a hand that holds the same place of the child in all of them.
+fn there_or_back(all: &[Followed], joint: &Joint) -> Option<Vec<Led>> {
+    let home = all.first()?.first;
+    let one = |i: usize| {
+        let followed = &all[i];
+        let from = along(joint, &home, &followed.first);
+        let moved = |r: &Reading| Reading {
+            hand: r.hand + from,
+            ..*r
+        };
+        let readings: Vec<Reading> = followed.readings.iter().map(moved).collect();
+        let [ahead, back] = [1.0, -1.0].map(|sign| apart(&followed.goes(sign)));
+        let (sign, (gap, sd)) = match (ahead, back) {
+            (Some(gap), None) => (1.0, gap),
+            (None, Some(gap)) => (-1.0, gap),
+            _ => return None,
+        };
+        Some((i, sign, (gap + from, sd), readings))
+    };
+    let each: Vec<_> = (0..all.len()).filter_map(one).collect();
+    let side = |sign: f64| {
+        let own = each.iter().filter(|e| e.1 == sign && !all[e.0].held_out).map(|e| e.2.0);
+        let own: Vec<f64> = own.collect();
+        median(&own).filter(|_| own.len() >= MOTIONS)
+    };
+    let middle = 0.5 * (side(1.0)? + side(-1.0)?);
+    let of = |(i, sign, (gap, sd), readings): (usize, f64, (f64, f64), Vec<Reading>)| Led {
+        interaction: all[i].interaction.clone(),
+        held_out: all[i].held_out,
+        half: (sign * (gap - middle), sd),
+        middle,
+        lever: all[i].lever,
+        load: all[i].load,
+        readings,
+    };
+    Some(each.into_iter().map(of).collect())
+}
+
+/// Way along the freedom between two places of the hand, rad or m.
+fn along(joint: &Joint, first: &Vector3<f64>, now: &Vector3<f64>) -> f64 {
+    let (axis, origin) = (Vector3::from(joint.axis.value), Vector3::from(joint.origin.value));
+    if joint.kind == JointKind::Prismatic {
+        return axis.dot(&(now - first));
+    }
+    let level = |v: Vector3<f64>| v - axis * axis.dot(&v);
+    let (home, out) = (level(first - origin), level(now - origin));
+    axis.dot(&home.cross(&out)).atan2(home.dot(&out))
+}
+
+/// The hand's first place, and hand and child block by block; positions of the hand count from there.
+fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -> Option<(Vector3<f64>, Vec<Reading>)> {
     let at = |t: f64| -> Option<Vector3<f64>> {
         let rows = path.time.partition_point(|x| *x < t - reach)..path.time.partition_point(|x| *x <= t + reach);
         let read: Vec<Vector3<f64>> = path.position[rows]
@@ -278,18 +334,8 @@ fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -
             .collect();
         (!read.is_empty()).then(|| read.iter().sum::<Vector3<f64>>() / read.len() as f64)
     };
-    let level = |v: Vector3<f64>| v - axis * axis.dot(&v);
-    let Some(first) = loads.iter().find_map(|l| at(l.time)) else {
-        return Vec::new();
-    };
-    let along = |p: Vector3<f64>| match joint.kind {
-        JointKind::Prismatic => axis.dot(&(p - first)),
-        _ => {
-            let (home, out) = (level(first - origin.coords), level(p - origin.coords));
-            axis.dot(&home.cross(&out)).atan2(home.dot(&out))
-        }
-    };
-    let hands: Vec<Option<f64>> = loads.iter().map(|l| at(l.time).map(along)).collect();
+    let first = loads.iter().find_map(|l| at(l.time))?;
+    let hands: Vec<Option<f64>> = loads.iter().map(|l| Some(along(joint, &first, &at(l.time)?))).collect();
     let one = |i: usize| {
         let (before, after) = (hands[i - 1]?, hands[i + 1]?);
         Some(Reading {
@@ -300,7 +346,8 @@ fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -
             load: loads[i].load,
         })
     };
-    (1..loads.len().saturating_sub(1)).filter_map(one).collect()
+    let all = (1..loads.len().saturating_sub(1)).filter_map(one).collect();
+    Some((first, all))
 }
 
 #[cfg(test)]

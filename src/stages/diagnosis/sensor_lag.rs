@@ -6,12 +6,13 @@
 
 use nalgebra::{DVector, Vector3};
 
+use super::clocks::worth_a_word;
 use super::onset::{Onset, Reading};
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::capture::{Capture, Kind};
 use crate::math::{Settings, levenberg_marquardt, mad_sd, quantile, random_effects};
-use crate::twin::Finding;
+use crate::twin::{Finding, Gain};
 
 /// Fewest pushes, standard deviations, and the least lag, s: what a tip that rings leaves seems up to 12 ms.
 const FEWEST: usize = 2;
@@ -32,6 +33,8 @@ const MISFIT: f64 = 2.0;
 const FOLLOWED: f64 = 4.0;
 /// By how much the lag of some number of poles may pass for that of one or two, as a share, and the rise of the force for a part of it, s.
 const FORM: (f64, f64) = (0.2, 3e-3);
+/// Weight of what is known of a size beforehand, nearly nothing: in 1/10 ms, 1/mm, or of a power.
+const FREE: f64 = 0.03;
 /// Fewest readings of a rise.
 const READINGS: usize = 10;
 /// Half of the window over which the lag is undone, as a share of one pole's time.
@@ -55,8 +58,11 @@ enum Read {
 pub struct SensorLag {
     /// Sum over the poles, s, with its standard deviation.
     pub seconds: (f64, f64),
-    poles: u8,
-    from: Vec<String>,
+    pub(super) poles: u8,
+    /// How probable it is that clocks run apart instead.
+    pub(super) late: f64,
+    pub(super) from: Vec<String>,
+    pub(super) gain: Gain,
 }
 
 /// A unit ramp from time 0 on, through so many poles of `lag` seconds in all.
@@ -123,7 +129,8 @@ fn fit(push: &Onset, read: Read, given: Option<f64>) -> Option<Fitted<'_>> {
             .collect()
     };
     let residuals = |x: &DVector<f64>| {
-        let fixed = if given.is_some() { x[0] } else { 0.0 };
+        // What has no say in the end is kept in reach.
+        let fixed = if given.is_some() { x[0] } else { FREE * x[0] };
         let priors = [x[2], x[3], (x[1] - 0.01_f64.ln()) / 1.5, fixed];
         DVector::from_iterator(rows.len() + 4, left(x).into_iter().map(|l| l / doubt).chain(priors))
     };
@@ -172,10 +179,14 @@ pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
     if !(LEAST..LONGEST).contains(&pooled.mean) || pooled.mean < CLEAR * pooled.sd || better < BETTER {
         return None;
     }
+    let held = all.iter().filter(|o| o.held_out).map(|o| o.interaction.clone());
+    let errors = errors(&judges(all), pooled.mean, poles);
     Some(SensorLag {
         seconds: (pooled.mean, pooled.sd),
         poles,
+        late: 0.0,
         from: told.iter().map(|f| f.push.interaction.clone()).collect(),
+        gain: gain("force", "N", errors, held.collect()),
     })
 }
 
@@ -185,27 +196,26 @@ fn judges(all: &[Onset]) -> Vec<&Onset> {
     if held.is_empty() { all.iter().collect() } else { held }
 }
 
-impl SensorLag {
-    /// Error at the beginning of these pushes without the lag and with it, N.
-    fn errors(&self, judges: &[&Onset]) -> [f64; 2] {
-        let error = |read: Read, lag: f64| {
-            let each: Vec<Fitted> = judges.iter().filter_map(|o| fit(o, read, Some(lag))).collect();
-            let count = each.iter().map(|f| f.count).sum::<usize>().max(1);
-            (each.iter().map(|f| f.squares).sum::<f64>() / count as f64).sqrt()
-        };
-        [error(Read::Late, 0.0), error(Read::Lagging(self.poles), self.seconds.0)]
-    }
+/// Error at the beginning of these pushes without the lag, s, and with it, N.
+fn errors(judges: &[&Onset], seconds: f64, poles: u8) -> [f64; 2] {
+    let error = |read: Read, lag: f64| {
+        let each: Vec<Fitted> = judges.iter().filter_map(|o| fit(o, read, Some(lag))).collect();
+        let count = each.iter().map(|f| f.count).sum::<usize>().max(1);
+        (each.iter().map(|f| f.squares).sum::<f64>() / count as f64).sqrt()
+    };
+    [error(Read::Late, 0.0), error(Read::Lagging(poles), seconds)]
+}
 
+impl SensorLag {
     /// As `diagnosis.json` says it.
-    pub fn finding(&self, all: &[Onset]) -> Finding {
-        let held = all.iter().filter(|o| o.held_out);
+    pub fn finding(&self) -> Finding {
         let (seconds, sd) = self.seconds;
         let method = "rise of what is read while the body slides already";
         let told = Told {
             cause: "sensor-lag",
             place: "force",
-            probability: 0.9,
-            rivals: &[],
+            probability: 0.95 * (1.0 - self.late),
+            rivals: &[("time-delay", worth_a_word(self.late))],
             parameter: (
                 "Tf",
                 Estimate::measured(
@@ -219,15 +229,10 @@ impl SensorLag {
             residual: "beginning",
             statistic: seconds / sd,
             words: format!(
-                "what is read of the force comes up {:.0} ms after the body slides, in every push, however fast",
+                "what is read of the force comes up {:.0} ms after what is moved goes, every time, however fast",
                 1e3 * seconds
             ),
-            gain: gain(
-                "force",
-                "N",
-                self.errors(&judges(all)),
-                held.map(|o| o.interaction.clone()).collect(),
-            ),
+            gain: self.gain.clone(),
         };
         told.finding()
     }

@@ -355,25 +355,41 @@ pub fn joint_loads(
     cut: &Segmented,
     joint: &Joint,
     model: &Model,
-    [block, half, stands]: [f64; 3],
+    read: [f64; 3],
 ) -> Option<Vec<JointLoad>> {
-    if super::facts::subject(interaction, cut)? != joint.child {
-        return None;
-    }
-    let at_work = JointAtWork::new(interaction, cut, joint, model)?;
-    if at_work.parent_moves() > stands {
-        return None;
-    }
+    loads_of(interaction, cut, joint, model, (read, None))
+}
+
+/// The same by the path of a tool that holds the child, over ±`led` s, where that is known more finely than the child's track.
+pub fn joint_loads_by_tool(
+    interaction: &Interaction,
+    cut: &Segmented,
+    joint: &Joint,
+    model: &Model,
+    (read, led): ([f64; 3], f64),
+) -> Option<Vec<JointLoad>> {
+    loads_of(interaction, cut, joint, model, (read, Some(led)))
+}
+
+fn loads_of(
+    interaction: &Interaction,
+    cut: &Segmented,
+    joint: &Joint,
+    model: &Model,
+    ([block, half, stands], led): ([f64; 3], Option<f64>),
+) -> Option<Vec<JointLoad>> {
+    let handled = super::facts::subject(interaction, cut)? == joint.child;
+    let at_work = JointAtWork::new(interaction, cut, joint, model).filter(|w| handled && w.parent_moves() <= stands)?;
     let stream = interaction.force.as_ref()?;
     let (first, last) = (*stream.time.first()?, *stream.time.last()?);
-    let count = ((last - first) / block) as usize;
     let span = Span {
         block,
         half,
-        led: None,
+        led: led.filter(|_| at_work.led()),
         matched: false,
     };
-    let each = (0..count).filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, span));
+    let blocks = 0..((last - first) / block) as usize;
+    let each = blocks.filter_map(|k| at_work.at(first + (k as f64 + 0.5) * block, span));
     let mut loads: Vec<JointLoad> = each.collect();
     go_on_over_turns(&mut loads, joint);
     Some(loads)

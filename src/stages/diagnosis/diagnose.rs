@@ -10,7 +10,7 @@ use super::delay::{delay_finding, take_up};
 use super::family::Family;
 use super::frames::{frame_finding, put_right};
 use super::hand_delay::{HandDelay, hand_delay};
-use super::inertia;
+use super::inertia::{self, findings_of_inertia};
 use super::joint_lag::lag_of_joints;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
@@ -28,7 +28,7 @@ use super::sensor_lag::lag_of;
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
-use super::uneven::{spun, twisted, uneven, yaw_findings};
+use super::uneven::{spun, twisted};
 use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
@@ -287,7 +287,7 @@ fn name_causes(
         findings.extend(loads.of_tosses(&tosses, &ladder));
     }
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
-    findings_of_inertia(capture, model, pushes.is_some(), &loads, findings);
+    findings_of_inertia((capture, segmented, model), pushes.is_some(), &loads, findings);
     let told = told_by_one_number(capture, segmented, model, findings);
     findings.extend(told);
     if let Some(lag) = lag {
@@ -355,21 +355,6 @@ fn thing_of<'a>(family: &dyn Family, capture: &'a Capture) -> Option<&'a str> {
         .map(|i| i.target.as_ref().or_else(|| only(i)));
     let first = things.next()??;
     things.all(|t| t == Some(first)).then_some(first.as_str())
-}
-
-/// Inertia that is not that of the weight, or of the shape.
-fn findings_of_inertia(capture: &Capture, model: &Model, pushed: bool, loads: &Loads, findings: &mut Vec<Finding>) {
-    // What else acts on a pushed body acts on it while it coasts, and what swings takes part in the speeding up.
-    let acted_on = |f: &Finding| f.place != "sensor" && pushed && model.twin.joints().all(|j| j.name != f.place);
-    if !findings.iter().any(acted_on) {
-        let swings = loads.effect_sizes.get("loose-mass").copied().unwrap_or(0.0);
-        findings.extend(inertia::inertia_findings(&loads.fast, model, swings));
-        if !findings.iter().any(acted_on) {
-            findings.extend(yaw_findings(capture, model));
-        }
-    } else if findings.iter().filter(|f| acted_on(f)).all(|f| f.cause == "com-offset") {
-        uneven(capture, model, findings);
-    }
 }
 
 /// Hinges whose axis wanders.

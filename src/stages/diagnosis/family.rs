@@ -208,8 +208,8 @@ pub trait Family: Sync {
         true
     }
 
-    /// Log evidence over the plain model, nats, from which on a law is named.
-    fn named_from(&self, _law: usize) -> f64 {
+    /// Log evidence over the plain model, nats, from which on a law with these values is named.
+    fn named_from(&self, _law: usize, _values: &[f64]) -> f64 {
         super::naming::NAMED
     }
 

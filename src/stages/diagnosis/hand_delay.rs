@@ -214,6 +214,7 @@ mod tests {
             held_out: false,
             lever: 1.0,
             load: 4.0,
+            first: nalgebra::Vector3::zeros(),
             readings: (0..300).map(one).collect(),
         }
     }

@@ -1,9 +1,12 @@
 //! What fast pushes followed as a whole find: what has to be sped up is not what is weighed; force and track have two clocks.
 
+use super::loads::Loads;
 use super::told::{Told, gain};
+use super::uneven::{uneven, yaw_findings};
 use crate::base::{Estimate, Status};
+use crate::capture::{Capture, Segmented};
 use crate::math::random_effects;
-use crate::stages::estimation::Inertial;
+use crate::stages::estimation::{Inertial, Shaken, shaken};
 use crate::twin::{Finding, Link, Model};
 
 /// Standard deviations from the plain value from which on it counts, p below 6e-7; and the share from which on.
@@ -70,9 +73,32 @@ impl Ratio {
     }
 }
 
+/// Inertia that is not that of the weight, or of the shape.
+pub fn findings_of_inertia(
+    (capture, segmented, model): (&Capture, &[Segmented], &Model),
+    pushed: bool,
+    loads: &Loads,
+    findings: &mut Vec<Finding>,
+) {
+    // What else acts on a pushed body acts on it while it coasts, and what swings takes part in the speeding up.
+    let acted_on = |f: &Finding| f.place != "sensor" && pushed && model.twin.joints().all(|j| j.name != f.place);
+    if !findings.iter().any(acted_on) {
+        let swings = loads.effect_sizes.get("loose-mass").copied().unwrap_or(0.0);
+        findings.extend(inertia_findings(&loads.fast, model, swings));
+        if !findings.iter().any(acted_on) {
+            findings.extend(shaken_findings(&shaken(capture, segmented, model), model));
+        }
+        if !findings.iter().any(acted_on) {
+            findings.extend(yaw_findings(capture, model));
+        }
+    } else if findings.iter().filter(|f| acted_on(f)).all(|f| f.cause == "com-offset") {
+        uneven(capture, model, findings);
+    }
+}
+
 /// Every link that was weighed and pushed fast, and takes more or less than its weight says to be sped up. `swings` is the effect
 /// size of a loose mass in the forces of the same pushes.
-pub fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Finding> {
+fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Finding> {
     let late = common_delay(all);
     let one = |link: &Link| {
         let weighed = weight_of(link)?;
@@ -93,6 +119,53 @@ pub fn inertia_findings(all: &[Inertial], model: &Model, swings: f64) -> Vec<Fin
         // Without inertia a force would be off by this share of what stops it, which is friction.
         let scale = link.friction_force.kinetic.as_ref().map_or(1.0, |f| f.value);
         clear.then(|| finding(&ratio, &link.name, scale, swings))
+    };
+    model.twin.links().filter_map(|(_, link)| one(link)).collect()
+}
+
+/// Every link that was weighed and moved to and fro in the air, and takes more or less than its weight says to be sped up.
+fn shaken_findings(all: &[Shaken], model: &Model) -> Vec<Finding> {
+    let one = |link: &Link| {
+        let weighed = weight_of(link)?;
+        let own = || all.iter().filter(|s| s.link == link.name);
+        let fitted: Vec<&Shaken> = own().filter(|s| !s.held_out).collect();
+        let masses = fitted
+            .iter()
+            .map(|s| (s.mass.0 / weighed.value, s.mass.1 / weighed.value));
+        let (values, sds): (Vec<f64>, Vec<f64>) = masses.unzip();
+        let pooled = random_effects(&values, &sds, SCATTER)?;
+        let (more, sd) = (pooled.mean - 1.0, pooled.sd.hypot(FORM));
+        let held: Vec<&Shaken> = own().filter(|s| s.held_out).collect();
+        let judged = if held.is_empty() { &fitted } else { &held };
+        let error = |mass: f64| {
+            let squares = judged.iter().map(|s| (s.acceleration * (s.mass.0 - mass)).powi(2));
+            (squares.sum::<f64>() / judged.len() as f64).sqrt()
+        };
+        let errors = [weighed.value, weighed.value * pooled.mean].map(error);
+        if more.abs() < (CLEAR.0 * sd).max(CLEAR.1) || errors[1] > errors[0] {
+            return None;
+        }
+        let from = fitted.iter().map(|s| s.interaction.clone()).collect();
+        let told = Told {
+            cause: "added-inertia",
+            place: &link.name,
+            probability: 0.95,
+            rivals: &[],
+            parameter: (
+                "e",
+                Estimate::measured(more, sd, "1", from, "moved to and fro in the air, over the weight"),
+            ),
+            residual: "force in the air",
+            statistic: more.abs() / sd,
+            words: format!("what has to be sped up is {:.2} times what is weighed", pooled.mean),
+            gain: gain(
+                "force",
+                "N",
+                errors,
+                held.iter().map(|s| s.interaction.clone()).collect(),
+            ),
+        };
+        Some(told.finding())
     };
     model.twin.links().filter_map(|(_, link)| one(link)).collect()
 }

@@ -8,6 +8,8 @@ use super::motions::Scale;
 /// Which way a joint goes, and how far it has come since it turned back.
 #[derive(Clone, Default)]
 pub struct Turning {
+    /// Way that is told from none, rad or m.
+    least: f64,
     /// 1 or -1; 0 before it was seen to move.
     way: f64,
     /// The farthest point that it came to that way, rad or m.
@@ -21,6 +23,25 @@ pub struct Turning {
 }
 
 impl Turning {
+    /// Nothing seen yet; ways shorter than `least`, rad or m, are none.
+    pub fn new(least: f64) -> Self {
+        Self {
+            least,
+            ..Self::default()
+        }
+    }
+
+    /// Where it is found when a motion begins it was brought unseen: straight there from where it was left.
+    fn brought(&mut self, position: f64) {
+        let ahead = self.way * (position - self.far);
+        if ahead > 0.0 {
+            self.far = position;
+        } else if ahead < -self.least {
+            self.turned = Some(self.far);
+            (self.way, self.far) = (-self.way, position);
+        }
+    }
+
     /// Another motion begins.
     pub fn begin(&mut self) {
         (self.start, self.moved, self.came_back) = (None, false, false);
@@ -35,6 +56,9 @@ impl Turning {
 
     /// Way since it last turned back, rad or m, and whether it was seen to; from where it set out where it was not.
     pub fn back(&mut self, position: f64, speed: f64, still: bool) -> (f64, bool) {
+        if self.start.is_none() {
+            self.brought(position);
+        }
         let start = *self.start.get_or_insert(position);
         if !still && speed * self.way <= 0.0 {
             if self.way != 0.0 {
@@ -147,4 +171,34 @@ pub fn history_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             "something in the moved part follows late and swings",
         ),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Turning;
+
+    /// Ways since it turned back over these places, all of one motion.
+    fn motion(turning: &mut Turning, places: &[f64]) -> Vec<f64> {
+        turning.begin();
+        let speed = |i: usize| places[(i + 1).min(places.len() - 1)] - places[(i + 1).min(places.len() - 1) - 1];
+        (0..places.len())
+            .map(|i| turning.back(places[i], speed(i), false).0)
+            .collect()
+    }
+
+    #[test]
+    fn what_was_brought_unseen_goes_on_from_there() {
+        let mut turning = Turning::new(0.01);
+        motion(&mut turning, &[0.0, 0.1, 0.2, 0.1]);
+        // Farther the same way: it turns back where it is found.
+        assert!(motion(&mut turning, &[-0.3, -0.2])[1] < 0.11);
+        // The other way: it turned back where it was left, and has come all that way.
+        let mut turning = Turning::new(0.01);
+        motion(&mut turning, &[0.0, 0.1, 0.2, 0.1]);
+        assert!(motion(&mut turning, &[0.4, 0.5])[0] > 0.25);
+        // By next to nothing: as if it had not been touched.
+        let mut turning = Turning::new(0.01);
+        motion(&mut turning, &[0.0, 0.1, 0.2, 0.1]);
+        assert!(motion(&mut turning, &[0.105, 0.205])[1] > 0.09);
+    }
 }

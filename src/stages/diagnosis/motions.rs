@@ -35,8 +35,9 @@ const SLOW: f64 = 0.06;
 const SURE: f64 = 0.1;
 /// Share of the range below which a play is not told from how motions start.
 const RESOLVED: f64 = 0.02;
-/// Log evidence over the plain model, nats, from which on a play is named.
-const PLAY: f64 = 25.0;
+/// Log evidence over the plain model, nats, from which on a play is named, and one that frees the joint of nearly all friction.
+const PLAY: [f64; 2] = [25.0, 15.0];
+const WHOLE: f64 = 0.9;
 /// Step of the sensor over dry friction from which on its rounding is no noise.
 const COARSE: f64 = 0.5;
 /// Logarithm of what a joint may rub over what is read of it where that is cut off.
@@ -173,7 +174,7 @@ impl Motions {
             weighed: weighed(joint, gravity),
             lever,
             zero,
-            turning: Turning::default(),
+            turning: Turning::new(RESOLVED * (scale.range[1] - scale.range[0])),
             handle: None,
             bounded: joint.limits.is_some(),
             by_hand: reads.iter().any(|r| r.by_hand),
@@ -366,12 +367,12 @@ impl Family for Motions {
         plays || form == form::SATURATION_ROOM && values[0].exp() < CUTS * self.usual()
     }
 
-    /// What a play does is close to what friction does that sets in late.
-    fn named_from(&self, law: usize) -> f64 {
-        if matches!(self.sheet.laws[law].form, form::BACKLASH | form::BACKLASH_ANEW) {
-            PLAY
-        } else {
-            NAMED
+    /// What a play does is close to what friction does that sets in late, but for one that frees the joint of all of it.
+    fn named_from(&self, law: usize, values: &[f64]) -> f64 {
+        match self.sheet.laws[law].form {
+            form::BACKLASH | form::BACKLASH_ANEW if values[0] < WHOLE => PLAY[0],
+            form::BACKLASH | form::BACKLASH_ANEW => PLAY[1],
+            _ => NAMED,
         }
     }
 

@@ -169,7 +169,7 @@ impl Climb<'_> {
         let form = |c: &Candidate| self.is_form((c.law, c.gain), &others, [&self.full, &c.fit]);
         let large = |c: &Candidate| {
             let least = if self.taken.is_empty() {
-                family.named_from(c.law)
+                family.named_from(c.law, c.own(family))
             } else {
                 NAMED
             };

@@ -201,7 +201,7 @@ pub(super) struct Followed {
     /// Load while it moves, N·m or N.
     pub load: f64,
     /// The hand's first place, from which its positions count.
-    first: Vector3<f64>,
+    pub first: Vector3<f64>,
     pub readings: Vec<Reading>,
 }
 

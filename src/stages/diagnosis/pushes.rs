@@ -357,7 +357,7 @@ impl Family for Pushes {
     /// MuJoCo worlds no other law gained half a nat, those of a place up to nine.
     ///
     /// One or two pushes name nothing: what is odd in one of them is not seen again.
-    fn named_from(&self, law: usize) -> f64 {
+    fn named_from(&self, law: usize, _values: &[f64]) -> f64 {
         if self.sheet.groups.iter().filter(|g| !g.held_out).count() < FEWEST {
             return f64::INFINITY;
         }

@@ -363,7 +363,7 @@ impl Family for Turns {
         usize::from(self.sheet.laws[law].form != form::MIDDLE)
     }
 
-    fn named_from(&self, _law: usize) -> f64 {
+    fn named_from(&self, _law: usize, _values: &[f64]) -> f64 {
         if self.sheet.groups.iter().filter(|g| !g.held_out).count() < FEWEST {
             f64::INFINITY
         } else {

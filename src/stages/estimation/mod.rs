@@ -41,6 +41,7 @@ mod push;
 mod replay;
 mod resolve;
 mod rolling;
+mod shake;
 mod share;
 mod shoved;
 mod shoved_run;
@@ -73,6 +74,7 @@ pub use next_touch::{
 };
 pub use replay::{replay_push, travel_direction, travel_of_track};
 pub use rolling::{Rolled, rolled, tumbles};
+pub use shake::{Shaken, shaken};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
     conditions_of, flight_of, flying as sought_of_flights, rigid as sought_of_tosses, subjects as tossed_subjects,

@@ -13,13 +13,12 @@ use crate::physics::PseudoInertia;
 
 /// Half the width of a bump and the way between two, s.
 const HALF: f64 = 0.15;
-const STEP: f64 = 0.06;
+pub(super) const STEP: f64 = 0.06;
 /// Bumps that overlap by so much say so many times what as many of their own would.
 const OVERLAP: f64 = 2.0;
-/// Fewest bumps, unknowns of their balance, and readings of the track that one takes.
+/// Fewest bumps, and readings of the track that one takes.
 const FEWEST: usize = 12;
-const UNKNOWNS: usize = 3;
-const DENSE: usize = 10;
+pub(super) const DENSE: usize = 10;
 /// Turn about another axis, rad, and way of the tool, m, within a bump; how far the vertical in the body may be from where it is
 /// twisted most, rad.
 const ASIDE: f64 = 0.04;
@@ -122,7 +121,7 @@ impl Lift<'_> {
 }
 
 /// The integral over time of a stream of values, each weighed; nothing where the stream has too few readings there.
-fn weighed(time: &[f64], values: &[f64], (middle, order): (f64, usize), least: usize) -> Option<f64> {
+pub(super) fn weighed(time: &[f64], values: &[f64], (middle, order): (f64, usize), least: usize) -> Option<f64> {
     let from = time.partition_point(|t| *t <= middle - HALF);
     let to = time.partition_point(|t| *t < middle + HALF);
     if to < from + least || from == 0 || to >= time.len() {
@@ -174,7 +173,7 @@ pub(super) fn twisted(
 }
 
 /// Standard deviation of `∫ θ φ'' dt` for unit noise of the readings.
-fn noise_gain(time: &[f64]) -> f64 {
+pub(super) fn noise_gain(time: &[f64]) -> f64 {
     let span = time.last().zip(time.first()).map_or(1.0, |(b, a)| b - a);
     let each = span / time.len().max(2) as f64;
     let count = (2.0 * HALF / each) as usize;
@@ -182,21 +181,22 @@ fn noise_gain(time: &[f64]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// Moment of inertia beside a drag, which a delay between torque and track looks like, and a rest of the torque; with its
-/// standard deviation by what is left.
-fn solved(rows: &[[f64; 4]], noise: f64) -> Option<(f64, f64)> {
-    if rows.len() < FEWEST {
+/// The first of some unknowns of balances, of which the last column is what they come to, with its standard deviation by what is
+/// left: a moment of inertia beside a drag, which a delay between torque and track looks like, and a rest of the torque.
+pub(super) fn solved<const N: usize>(rows: &[[f64; N]], noise: f64) -> Option<(f64, f64)> {
+    let (unknowns, count) = (N - 1, rows.len());
+    if count < FEWEST {
         return None;
     }
-    let strong = (rows.iter().map(|r| r[0] * r[0]).sum::<f64>() / rows.len() as f64).sqrt();
+    let strong = (rows.iter().map(|r| r[0] * r[0]).sum::<f64>() / count as f64).sqrt();
     if strong < CLEAR * noise {
         return None;
     }
-    let a = DMatrix::from_fn(rows.len(), UNKNOWNS, |i, j| rows[i][j]);
-    let b = DVector::from_fn(rows.len(), |i, _| rows[i][3]);
+    let a = DMatrix::from_fn(count, unknowns, |i, j| rows[i][j]);
+    let b = DVector::from_fn(count, |i, _| rows[i][unknowns]);
     let inverse = (a.transpose() * &a).try_inverse()?;
     let x = &inverse * a.transpose() * &b;
-    let left = (&b - &a * &x).norm_squared() / (rows.len() - UNKNOWNS) as f64;
+    let left = (&b - &a * &x).norm_squared() / (count - unknowns) as f64;
     Some((x[0], (OVERLAP * left * inverse[(0, 0)]).sqrt()))
 }
 

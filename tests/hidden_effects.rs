@@ -180,6 +180,15 @@ fn a_play_and_a_swinging_part_of_a_joint_are_found() {
     assert!((rate.value / 21.834 - 1.0).abs() < 0.05, "{}", rate.value);
 }
 
+/// A lag of 50 ms that every start of a hinge shows, to and fro, is no matter of the hinge.
+#[test]
+fn a_sensor_that_lags_is_told_by_a_joint() {
+    let run = probed("probe-hinge", "sensor-lag", 84_201);
+    assert_eq!(named(&run), ["sensor-lag"]);
+    let lag = &run.diagnosis.findings[0].parameters["Tf"];
+    assert!(lag.ci95.is_some_and(|[low, high]| low < 0.05 && 0.05 < high), "{lag:?}");
+}
+
 #[test]
 fn an_axis_that_wanders_and_a_joint_that_follows_are_found() {
     assert_eq!(named(&probed("probe-hinge", "moving-axis", 3)), ["moving-axis"]);

@@ -28,6 +28,7 @@ const SHARP: f64 = 0.05;
 /// When after it the load may be steady, s, and poles that it takes to come up.
 const STEADY: [f64; 2] = [0.15, 0.9];
 const COMES_UP: f64 = 4.0;
+const PASSES: usize = 3;
 /// How long what is read is followed, s, and what share of the level is still missing at its end.
 const FOLLOWED: f64 = 0.2;
 const MISSING: f64 = 0.1;
@@ -178,9 +179,12 @@ fn of_joint(motions: &[(String, bool, Vec<JointLoad>)], joint: &Joint) -> Option
         };
         motions.iter().flat_map(one).collect()
     };
-    let first = best(&lagging(&read(STEADY[0]))?)?;
-    // A level is one of what has come up.
-    let starts = read(STEADY[0].max(COMES_UP * first.1.size.min(RANGE[1])));
+    let mut starts = read(STEADY[0]);
+    // A level is one of what has come up: as long as that is later than it was read, it is read again.
+    for _ in 0..PASSES {
+        let up = COMES_UP * best(&lagging(&starts)?)?.1.size.min(RANGE[1]);
+        starts = read(STEADY[0].max(up));
+    }
     let (poles, fitted, sd, late) = lag(&lagging(&starts)?)?;
     let rises: Vec<&Rise> = starts.iter().flatten().collect();
     let (held, own): (Vec<&Rise>, Vec<&Rise>) = rises.into_iter().partition(|r| r.held_out);

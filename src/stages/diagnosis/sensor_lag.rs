@@ -295,3 +295,37 @@ fn sharpened(time: &[f64], force: &[Vector3<f64>], lag: f64) -> Vec<Vector3<f64>
     };
     (0..time.len()).map(one).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A push that slides from 0 s on, of which what is read rises through one pole of `lag` seconds, if at all.
+    fn push(name: &str, lag: f64) -> Onset {
+        let mut out = Onset::told(name, false, 0.02, (0.0, 1e-4));
+        let row = |k: i32| {
+            let time = 0.002 * f64::from(k);
+            let whole = ramp(time + 0.02, lag, 1) - ramp(time, lag, 1);
+            Reading {
+                time,
+                way: 0.02 * time,
+                force: whole / 0.02 + 0.005 * f64::from(k * 7 % 5 - 2),
+            }
+        };
+        (out.rise, out.noise, out.slips) = ((-40..300).map(row).collect(), 0.01, (0.0, 2e-3));
+        out
+    }
+
+    #[test]
+    fn a_lag_is_told_beside_every_rival() {
+        let pushes: Vec<Onset> = ["a", "b", "c"].map(|name| push(name, 0.06)).into();
+        // A rival of which the fit failed would count as one that does as well.
+        for read in [Read::Late, Read::Presliding, Read::Soft] {
+            assert!(fit(&pushes[0], read, None).is_some(), "{read:?}");
+        }
+        let lag = lag_of(&pushes).expect("a lag");
+        assert!((lag.seconds.0 - 0.06).abs() < 0.004, "{:?}", lag.seconds);
+        let pushes: Vec<Onset> = ["a", "b", "c"].map(|name| push(name, 1e-4)).into();
+        assert!(lag_of(&pushes).is_none());
+    }
+}

@@ -104,19 +104,9 @@ impl Impulses {
         (self.inertia * start.speed * start.rises).sqrt()
     }
 
-    /// The excess of a start, N·m or N, if it is gone before the swing has begun, and if it lasts as long.
-    fn excesses(&self, start: &JointStart) -> [f64; 2] {
-        let swing = self.swing(start);
-        [
-            (start.excess * start.excess - swing * swing).max(0.0).sqrt(),
-            (start.excess - swing).max(0.0),
-        ]
-    }
-
-    /// Root mean square of what is left of the peaks, N·m or N.
-    fn error(&self, starts: &[&JointStart], excess: f64) -> f64 {
-        let peak = |s: &JointStart| 0.5 * (excess.hypot(self.swing(s)) + excess + self.swing(s));
-        let left = |s: &JointStart| s.excess - peak(s);
+    /// Root mean square of what is left of the impulses, N·m·s or N·s.
+    fn error(&self, starts: &[&JointStart]) -> f64 {
+        let left = |s: &JointStart| s.impulse.0 - self.inertia * s.speed - self.held.0;
         let squares: f64 = starts.iter().map(|s| left(s).powi(2)).sum();
         (squares / starts.len().max(1) as f64).sqrt()
     }
@@ -134,15 +124,17 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Op
     // Slow starts swing least.
     let usual = median(&fitted.iter().map(|s| impulses.swing(s)).collect::<Vec<_>>())?;
     let slow = || fitted.iter().filter(|s| impulses.swing(s) <= usual);
-    let [gone, lasts] = [0, 1].map(|k| slow().map(|s| impulses.excesses(s)[k]).collect::<Vec<_>>());
-    let scatter = mad_sd(&gone)? / (gone.len() as f64).sqrt();
-    let [gone, lasts] = [median(&gone)?, median(&lasts)?];
+    // If it is gone before the swing begins the peak is all its own; if it lasts as long the swing comes on top.
+    let peaks: Vec<f64> = slow().map(|s| s.excess).collect();
+    let on_top: Vec<f64> = slow().map(|s| (s.excess - impulses.swing(s)).max(0.0)).collect();
+    let scatter = mad_sd(&peaks)? / (peaks.len() as f64).sqrt();
+    let [gone, lasts] = [median(&peaks)?, median(&on_top)?];
     let excess = 0.5 * (gone + lasts);
     let sd = scatter.hypot(0.1 * excess).hypot((gone - lasts) / 12.0_f64.sqrt());
     let shows = |s: &&&JointStart| s.impulse.0 - impulses.inertia * s.speed > 0.5 * left;
     let common = fitted.iter().filter(shows).count() as f64 > COMMON * fitted.len() as f64;
     let judged = if held.is_empty() { &fitted } else { &held };
-    let [before, after] = [plain.error(judged, 0.0), impulses.error(judged, excess)];
+    let [before, after] = [plain.error(judged), impulses.error(judged)];
     if left < CLEAR * sd_left || excess < LEAST * friction || !common || after > before {
         return None;
     }
@@ -151,7 +143,7 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Op
         names.dedup();
         names
     };
-    let (quantity, unit) = if turns { ("torque", "N·m") } else { ("force", "N") };
+    let unit = if turns { "N·m·s" } else { "N·s" };
     let share = Estimate::measured(
         excess / friction,
         sd / friction,
@@ -168,7 +160,7 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Op
         residual: "load at the start",
         statistic: left / sd_left,
         words: "more force is needed to set the joint going than to keep it going".into(),
-        gain: gain(quantity, unit, [before, after], names(&held)),
+        gain: gain("impulse", unit, [before, after], names(&held)),
     };
     Some(told.finding())
 }

@@ -17,9 +17,10 @@ use crate::twin::{Finding, Joint, JointKind, Model};
 const BLOCK: f64 = 0.04;
 const ROWS: f64 = 2.5;
 const STANDS: f64 = 3e-3;
-/// Shares of the usual speed from which on something moves, and up to which it stands.
+/// Shares of the usual speed from which on something moves, and sets out; share of the hand's up to which a child stands.
 const MOVES: f64 = 0.4;
-const REMAINS: f64 = 0.2;
+const SETS_OUT: f64 = 0.1;
+const REMAINS: f64 = 0.4;
 /// Farther than this an angle is not told from one the other way about, rad.
 const HALF_TURN: f64 = 2.8;
 /// Readings each way that a motion has to hold, and readings between the two ways in all.
@@ -163,12 +164,12 @@ fn free(all: &[&Led]) -> bool {
     count >= FEWEST && loaded.abs() < NOTHING && (over / f64::max(under, 1e-12)).abs() < NOTHING
 }
 
-/// Readings between the two ways: the hand moves, the child stands.
+/// Readings between the two ways: the hand moves, the child stands. Where a hand goes one way only it has hardly set out there.
 fn between(led: &Led) -> impl Iterator<Item = &Reading> {
     let within = |r: &&Reading| (r.hand - r.child - led.middle).abs() < WITHIN * led.half.0;
     let usual = usual_speed(&led.readings);
     let free =
-        move |r: &&Reading| r.hand_speed.abs() > MOVES * usual && r.child_speed.abs() < REMAINS * r.hand_speed.abs();
+        move |r: &&Reading| r.hand_speed.abs() > SETS_OUT * usual && r.child_speed.abs() < REMAINS * r.hand_speed.abs();
     led.readings.iter().filter(within).filter(free)
 }
 

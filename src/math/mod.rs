@@ -20,7 +20,7 @@ pub use distribution::{chi_squared_quantile, chi_squared_tail, mixture_quantile,
 pub use dual::{Dual, Real};
 pub use levenberg_marquardt::{Fit, Loss, Settings, levenberg_marquardt, levenberg_marquardt_exact};
 pub use linear::{LinearFit, bayesian_linear, robust_linear, weighted_linear};
-pub use pieces::{Freed, freed};
+pub use pieces::{Freed, freed, noise_of};
 pub use profile::profile_ends;
 pub use random_effects::{Marginal, Pooled, normalised, random_effects, random_effects_marginal, scatters};
 pub use robust::{mad_sd, median, quantile, trimmed_mean};

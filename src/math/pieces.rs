@@ -75,7 +75,7 @@ fn running_mean(values: &[f64], width: usize) -> Vec<f64> {
 }
 
 /// Standard deviation of independent noise on a smooth path, by its third differences.
-fn noise_of(values: &[f64]) -> Option<f64> {
+pub fn noise_of(values: &[f64]) -> Option<f64> {
     let third = values.windows(4).map(|w| w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]);
     let noise = mad_sd(&third.collect::<Vec<_>>())? / 20.0_f64.sqrt();
     (noise > 0.0).then_some(noise)

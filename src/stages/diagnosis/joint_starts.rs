@@ -1,7 +1,7 @@
 //! The starts of a joint from rest: how high the load goes, and how much of it becomes momentum.
 
-use crate::capture::{Capture, Segmented};
-use crate::math::{mad_sd, median, quantile};
+use crate::capture::{Capture, Interaction, Segmented};
+use crate::math::{median, noise_of, quantile};
 use crate::stages::estimation::{JointLoad, joint_loads_by_tool};
 use crate::twin::{Joint, Model};
 
@@ -54,7 +54,7 @@ pub(super) fn motions_of(
     joint: &Joint,
     read: ([f64; 3], f64),
 ) -> Vec<(String, bool, Vec<JointLoad>)> {
-    let one = |i: &crate::capture::Interaction| {
+    let one = |i: &Interaction| {
         let cut = segmented.iter().find(|s| s.interaction == i.name)?;
         let loads = joint_loads_by_tool(i, cut, joint, model, read)?;
         Some((i.name.clone(), i.held_out, loads))
@@ -127,11 +127,8 @@ impl Path<'_> {
         let Some(fast) = quantile(&speeds, 0.9).filter(|f| *f > 0.0) else {
             return Vec::new();
         };
-        let bends: Vec<f64> = loads
-            .windows(3)
-            .map(|w| w[2].position - 2.0 * w[1].position + w[0].position)
-            .collect();
-        let noise = mad_sd(&bends).unwrap_or(0.0) / 6.0_f64.sqrt();
+        let places: Vec<f64> = loads.iter().map(|l| l.position).collect();
+        let noise = noise_of(&places).unwrap_or(0.0);
         let span = SPAN.0.max(SPAN.1 * noise / fast);
         let ahead = |t: f64| (self.place(t + span) - self.place(t)) / span;
         let behind = |t: f64| (self.place(t) - self.place(t - span)) / span;
@@ -177,7 +174,7 @@ impl Path<'_> {
     }
 
     /// One that had rested without load, or under less.
-    fn read(&self, begins: Begins) -> Option<JointStart> {
+    pub(super) fn read(&self, begins: Begins) -> Option<JointStart> {
         let (loads, way) = (self.0, begins.way);
         let began = loads[begins.at].time;
         let near = self.within(began - PEAK[0], began + begins.span + PEAK[1]);
@@ -206,11 +203,7 @@ impl Path<'_> {
         let later = way * self.speed(from + 0.5 * LEVEL, 0.5 * LEVEL);
         let rise = first.saturating_sub(8)..peak.max(1);
         let rises = rise.map(|i| (loads[i + 1].load - loads[i].load) * way / step(i).max(1e-6));
-        let bends: Vec<f64> = loads
-            .windows(3)
-            .map(|w| w[2].load - 2.0 * w[1].load + w[0].load)
-            .collect();
-        let noise = mad_sd(&bends)? / 6.0_f64.sqrt();
+        let noise = noise_of(&loads.iter().map(|l| l.load).collect::<Vec<f64>>())?;
         let starts = low < LOW * level && speed > UNDER_WAY * later && speed > 0.0;
         starts.then(|| JointStart {
             interaction: String::new(),

@@ -378,8 +378,10 @@ fn loads_of(
     model: &Model,
     ([block, half, stands], led): ([f64; 3], Option<f64>),
 ) -> Option<Vec<JointLoad>> {
-    let handled = super::facts::subject(interaction, cut)? == joint.child;
-    let at_work = JointAtWork::new(interaction, cut, joint, model).filter(|w| handled && w.parent_moves() <= stands)?;
+    if super::facts::subject(interaction, cut)? != joint.child {
+        return None;
+    }
+    let at_work = JointAtWork::new(interaction, cut, joint, model).filter(|w| w.parent_moves() <= stands)?;
     let stream = interaction.force.as_ref()?;
     let (first, last) = (*stream.time.first()?, *stream.time.last()?);
     let span = Span {

@@ -106,7 +106,82 @@ fn without_level(rows: &[[f64; 4]]) -> Vec<[f64; 3]> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
+    use nalgebra::UnitQuaternion;
+
     use super::*;
+    use crate::capture::{Phase, PhaseKind, PoseStream, WrenchStream};
+
+    /// A lift by 12 cm, in which 4 cm are gone to one side and back within 0.35 s each, of what weighs as 0.7 kg.
+    fn lift(inert: f64) -> (Interaction, Segmented) {
+        let smooth = |u: f64| {
+            let u = u.clamp(0.0, 1.0);
+            u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
+        };
+        let place = |t: f64| {
+            let up = 0.12 * (smooth((t - 1.0) / 1.2) - smooth((t - 6.0) / 1.2));
+            Vector3::new(0.04 * (smooth((t - 4.0) / 0.35) - smooth((t - 4.8) / 0.35)), 0.0, up)
+        };
+        let wobble = |i: usize, k: usize| ((i * 37 + k * 11) % 13) as f64 / 6.0 - 1.0;
+        let track: Vec<f64> = (0..800).map(|i| 0.01 * i as f64).collect();
+        let stream = |noise: f64| PoseStream {
+            position: (0..track.len())
+                .map(|i| Point3::from(place(track[i]) + noise * Vector3::new(wobble(i, 0), wobble(i, 1), wobble(i, 2))))
+                .collect(),
+            rotation: vec![Some(UnitQuaternion::identity()); track.len()],
+            time: track.clone(),
+        };
+        let time: Vec<f64> = (0..4000).map(|i| 0.002 * i as f64).collect();
+        let force = |t: &f64| {
+            let speeding = (place(t + 1e-3) - 2.0 * place(*t) + place(t - 1e-3)) / 1e-6;
+            inert * speeding + Vector3::new(0.2, 0.0, 0.7 * 9.81)
+        };
+        let interaction = Interaction {
+            name: "lift".into(),
+            kind: Kind::Lift,
+            action: None,
+            tool_name: None,
+            tool: None,
+            target: Some("box".into()),
+            force: Some(WrenchStream {
+                force: time.iter().map(force).collect(),
+                torque: None,
+                time,
+            }),
+            tool_path: Some(stream(0.0)),
+            support_path: None,
+            tracks: BTreeMap::from([("box".to_owned(), stream(2e-4))]),
+            frames: None,
+            held_out: false,
+        };
+        let cut = Segmented {
+            interaction: "lift".into(),
+            phases: vec![Phase {
+                kind: PhaseKind::Slide,
+                start: 1.0,
+                end: 7.2,
+                moving: vec!["box".into()],
+                touched: vec!["box".into()],
+            }],
+            force_noise: None,
+            force_tare: None,
+            position_noise: None,
+            rotation_noise: None,
+        };
+        (interaction, cut)
+    }
+
+    #[test]
+    fn what_has_to_be_sped_up_is_told_to_a_few_hundredths() {
+        for inert in [0.7, 1.05] {
+            let (interaction, cut) = lift(inert);
+            let read = shaken_in(&interaction, &cut, ("box", &Point3::origin()), &Vector3::z());
+            let ((mass, sd), acceleration) = read.expect("a mass");
+            assert!((mass / inert - 1.0).abs() < 0.03 && sd < 0.03 * inert, "{mass} {sd}");
+            assert!(acceleration > 0.3, "{acceleration}");
+        }
+    }
 
     #[test]
     fn a_constant_says_nothing_of_the_mass() {

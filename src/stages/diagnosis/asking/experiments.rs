@@ -76,7 +76,7 @@ const PARTING: [(&[&str], &str); 26] = [
     (
         &["loose-mass", "added-inertia"],
         "start and stop the body at two accelerations and let it coast; then tilt it and wait, and shake it at the rate at which it \
-         seems to swing",
+         seems to swing; or lift it and move it 4 cm to and fro within a third of a second each way",
     ),
     (
         &["contact-point-offset", "com-offset"],

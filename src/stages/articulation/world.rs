@@ -57,18 +57,27 @@ fn about(run: &Interaction) -> Option<&str> {
     run.target.as_deref().or(only.map(String::as_str))
 }
 
+/// One pull: the path of the thing, thinned, how far the point went that is held, m, and the kinds of joint that this suits.
+struct Led<'a> {
+    run: &'a Interaction,
+    samples: Vec<Sample>,
+    way: f64,
+    selection: Selection,
+}
+
 /// True where what stands on the support could have been drawn along this path: it keeps level, and no higher than things are.
-fn could_glide(capture: &Capture, samples: &[Sample]) -> bool {
+fn could_glide(capture: &Capture, led: &Led) -> bool {
     let Some(support) = &capture.support else { return false };
+    let samples = &led.samples;
     let height = |s: &Sample| support.normal.dot(&(s.position - support.point.coords));
     let heights = || samples.iter().map(height);
     let rises = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
     let noise = samples.iter().map(|s| s.noise.position).sum::<f64>() / samples.len() as f64;
-    rises < (LEVEL * extent(samples)).max(8.0 * noise) && height(&samples[0]) < TALLEST
+    rises < (LEVEL * led.way).max(8.0 * noise) && height(&samples[0]) < TALLEST
 }
 
-/// The path of one pull, thinned, with the world as the parent.
-fn samples_of(capture: &Capture, run: &Interaction, target: &str) -> Option<Vec<Sample>> {
+/// The path of one pull, thinned, with the world as the parent, and how far it led, m.
+fn samples_of(capture: &Capture, run: &Interaction, target: &str) -> Option<(Vec<Sample>, f64)> {
     let path = path_of(run, target)?;
     let oriented = run.tracks.contains_key(target) || run.tool.as_ref().is_some_and(|t| t.grip);
     let noise = match run.tracks.contains_key(target) {
@@ -79,9 +88,25 @@ fn samples_of(capture: &Capture, run: &Interaction, target: &str) -> Option<Vec<
         },
     };
     let samples = thinned(&[rows_of(path, oriented)], (STILL, noise));
-    let first = samples.first()?.position;
-    let far = samples.iter().map(|s| (s.position - first).norm()).fold(0.0, f64::max);
-    (far > LEAST_PATH && samples.len() >= 8).then_some(samples)
+    let way = way(run, &samples);
+    (way > LEAST_PATH && samples.len() >= 8).then_some((samples, way))
+}
+
+/// How far the point went by which the thing is held, or the origin of its frame, whichever went further, m: a frame may lie
+/// on the axis about which it turns.
+fn way(run: &Interaction, samples: &[Sample]) -> f64 {
+    let held = run.tool_path.as_ref().and_then(|path| path.position.first());
+    let place = |s: &Sample, held: Vector3<f64>| s.position + s.rotation.map_or(Vector3::zeros(), |q| q * held);
+    let held = samples.first().zip(held).map_or(Vector3::zeros(), |(first, at)| {
+        let from_origin = at.coords - first.position;
+        first.rotation.map_or(Vector3::zeros(), |q| q.inverse() * from_origin)
+    });
+    let farthest = |held: Vector3<f64>| {
+        let places = || samples.iter().map(|s| place(s, held));
+        let first = places().next().unwrap_or_default();
+        places().map(|p| (p - first).norm()).fold(0.0, f64::max)
+    };
+    farthest(Vector3::zeros()).max(farthest(held))
 }
 
 /// The world does not move.
@@ -111,12 +136,17 @@ const OF_A_PATH: [JointKind; 4] = [
 
 /// The joint that the pulls of one thing show.
 fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, target: &str) -> Option<Joint> {
-    let mut runs: Vec<(&Interaction, Vec<Sample>, Selection)> = Vec::new();
+    let mut runs: Vec<Led> = Vec::new();
     let own = |i: &&Interaction| i.kind == Kind::Pull && about(i) == Some(target);
     for run in capture.fitted().filter(own) {
-        if let Some(samples) = samples_of(capture, run, target) {
+        if let Some((samples, way)) = samples_of(capture, run, target) {
             let selection = select(&samples, &OF_A_PATH, config.world_reach)?;
-            runs.push((run, samples, selection));
+            runs.push(Led {
+                run,
+                samples,
+                way,
+                selection,
+            });
         }
     }
     let mut silent = |why: String| {
@@ -127,7 +157,7 @@ fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notic
     if runs.is_empty() {
         return silent(format!("no pull led it along {:.0} mm or more", 1e3 * LEAST_PATH));
     }
-    let weights = pooled(&runs.iter().map(|r| &r.2).collect::<Vec<_>>());
+    let weights = pooled(&runs.iter().map(|r| &r.selection).collect::<Vec<_>>());
     let (kind, probability) = weights
         .iter()
         .max_by(|a, b| a.1.total_cmp(b.1))
@@ -135,7 +165,7 @@ fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notic
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
         return silent(format!("its path is best {kind:?} ({probability:.2})").to_lowercase());
     }
-    if runs.iter().all(|r| could_glide(capture, &r.1)) {
+    if runs.iter().all(|r| could_glide(capture, r)) {
         let way = if kind == JointKind::Prismatic {
             "a line"
         } else {
@@ -145,38 +175,36 @@ fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notic
             "it kept to {way} level above the support, as what stands on it does when it is drawn along: view it, or lift it"
         ));
     }
-    let best = runs
-        .iter()
-        .filter(|r| r.2.candidates[0].fit.manifold.kind == kind)
-        .max_by(|a, b| extent(&a.1).total_cmp(&extent(&b.1)))?;
+    let of_this = || {
+        runs.iter()
+            .filter(|r| r.selection.candidates[0].fit.manifold.kind == kind)
+    };
+    let best = of_this().max_by(|a, b| a.way.total_cmp(&b.way))?;
     if runs.len() > 1 {
-        let agree = runs
-            .iter()
-            .filter(|r| r.2.candidates[0].fit.manifold.kind == kind)
-            .count();
-        let name = &best.0.name;
+        let agree = of_this().count();
+        let name = &best.run.name;
         let message = format!(
             "{agree} of {} pulls show this kind of joint; axis and origin are those of {name}",
             runs.len()
         );
         notices.note("articulation", target, message);
     }
-    let mut selection = best.2.clone();
+    let mut selection = best.selection.clone();
     for candidate in &mut selection.candidates {
         candidate.probability = weights.get(&candidate.fit.manifold.kind).copied().unwrap_or(0.0);
     }
     let pair = Pair {
         parent: WORLD.into(),
         child: target.into(),
-        runs: vec![best.0],
-        samples: best.1.clone(),
+        runs: vec![best.run],
+        samples: best.samples.clone(),
     };
-    let (anchor, placement) = surroundings(model, target, &best.1);
+    let (anchor, placement) = surroundings(model, target, best);
     // Beside a support something may carry it after all.
     let held = if capture.support.is_some() { HELD } else { 1.0 };
     let mut joint = describe(&pair, &selection, &anchor, &placement, held);
     for from in [&mut joint.axis.from, &mut joint.origin.from] {
-        *from = runs.iter().map(|r| r.0.name.clone()).collect();
+        *from = runs.iter().map(|r| r.run.name.clone()).collect();
     }
     Some(joint)
 }
@@ -200,20 +228,15 @@ fn pooled(selections: &[&Selection]) -> BTreeMap<JointKind, f64> {
     sums.into_iter().map(|(k, s)| (k, (s - top).exp() / total)).collect()
 }
 
-fn extent(samples: &[Sample]) -> f64 {
-    let first = samples[0].position;
-    samples.iter().map(|s| (s.position - first).norm()).fold(0.0, f64::max)
-}
-
-fn surroundings(model: &Model, target: &str, samples: &[Sample]) -> (Anchor, Placement) {
-    let first = &samples[0];
+fn surroundings(model: &Model, target: &str, led: &Led) -> (Anchor, Placement) {
+    let first = &led.samples[0];
     let start = Isometry3::from_parts(first.position.into(), first.rotation.unwrap_or_default());
     let placement = Placement {
         parent_mesh: None,
         child_mesh: world_mesh(model, target, &start),
         parent_centre: Vector3::zeros(),
         child_centre: first.position,
-        size: extent(samples),
+        size: led.way,
         up: Vector3::z(),
         table: None,
     };

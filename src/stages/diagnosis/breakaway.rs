@@ -17,6 +17,8 @@ use crate::twin::{Finding, Joint, JointKind, Model};
 const FEWEST: usize = 5;
 const CLEAR: f64 = 6.0;
 const LEAST: f64 = 0.3;
+/// Between which shares of the usual level that of a start has to be.
+const SAME: [f64; 2] = [0.5, 2.0];
 /// Scatter from start to start, as a share.
 const SCATTER: f64 = 0.1;
 /// Standard deviations from which on a start has less of a say.
@@ -114,7 +116,12 @@ impl Impulses {
 
 /// Of a joint with this name, which turns or slides, with this friction, N·m or N.
 fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Option<Finding> {
-    let (held, fitted): (Vec<&JointStart>, Vec<&JointStart>) = all.iter().partition(|s| s.held_out);
+    let usual = median(&all.iter().map(|s| s.level).collect::<Vec<_>>())?;
+    // Where the load never came down to what keeps it going it was stopped before, and its impulse is not that of a start.
+    let whole = all
+        .iter()
+        .filter(|s| (SAME[0] * usual..SAME[1] * usual).contains(&s.level));
+    let (held, fitted): (Vec<&JointStart>, Vec<&JointStart>) = whole.partition(|s| s.held_out);
     if fitted.len() < FEWEST {
         return None;
     }

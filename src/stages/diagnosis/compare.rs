@@ -40,6 +40,11 @@ pub fn pairs(curve: &Curve) -> impl Iterator<Item = (f64, f64)> + '_ {
     both.filter(|(m, p)| m.is_finite() && p.is_finite())
 }
 
+/// Whether it has a curve of which anything can be compared.
+fn compares(trace: &Trace) -> bool {
+    trace.curves.iter().any(|c| pairs(c).next().is_some())
+}
+
 /// Sum of the squares of a curve's doubts where it can be compared.
 fn squared_doubt(curve: &Curve, doubt: Option<&Vec<f64>>) -> f64 {
     let rows = curve
@@ -107,7 +112,7 @@ fn blocks(curve: &Curve) -> Vec<Vec<usize>> {
 fn gather<'a>(traces: impl Iterator<Item = &'a Trace>) -> BTreeMap<Quantity, Sums> {
     let mut all: BTreeMap<Quantity, Sums> = BTreeMap::new();
     let each = traces.flat_map(|t| t.curves.iter().enumerate().map(|(i, c)| (c, t.doubt.get(i))));
-    for (curve, doubt) in each {
+    for (curve, doubt) in each.filter(|(c, _)| pairs(c).next().is_some()) {
         all.entry(curve.quantity).or_default().squared_doubt += squared_doubt(curve, doubt);
         // Forces count from nought, their tare is taken out; places from where they began.
         let reference = match curve.quantity {
@@ -135,7 +140,7 @@ pub fn errors(traces: &[Trace]) -> BTreeMap<Quantity, (f64, f64)> {
 
 /// Error, noise floor and unexplained share of held-out interactions; of all where none was held out.
 pub fn base_fit(traces: &[Trace], config: &Config) -> BaseFit {
-    let held_out: Vec<&Trace> = traces.iter().filter(|t| t.held_out).collect();
+    let held_out: Vec<&Trace> = traces.iter().filter(|t| t.held_out && compares(t)).collect();
     let sums = if held_out.is_empty() {
         gather(traces.iter())
     } else {
@@ -169,13 +174,10 @@ const DOUBT: f64 = 2.0;
 /// `adequate` where no quantity is missed by more than the noise, the tolerance and what the twin's own numbers leave in doubt, else `unknown`:
 /// something is left, and this version gives it no name. Nothing to compare is also `unknown`.
 pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
-    let any_held_out = traces.iter().any(|t| t.held_out && !t.curves.is_empty());
-    let judged: Vec<Trace> = traces
-        .iter()
-        .filter(|t| t.held_out || !any_held_out)
-        .map(smoothed)
-        .collect();
-    let sums = gather(judged.iter());
+    let means: Vec<Trace> = traces.iter().map(smoothed).collect();
+    let any_held_out = means.iter().any(|t| t.held_out && compares(t));
+    let judged = means.iter().filter(|t| t.held_out || !any_held_out);
+    let sums = gather(judged);
     let reading = |quantity: Quantity| {
         let curves = traces.iter().flat_map(|t| &t.curves).filter(|c| c.quantity == quantity);
         curves.filter_map(|c| c.noise).fold(0.0, f64::max)
@@ -242,6 +244,24 @@ mod tests {
             curves: vec![curve],
             ..Trace::default()
         }
+    }
+
+    #[test]
+    fn what_was_held_out_but_tells_nothing_is_no_judge() {
+        let mut brief = trace(1.0);
+        let curve = &mut brief.curves[0];
+        curve.time.truncate(2);
+        curve.measured = vec![2.0, f64::NAN];
+        curve.predicted = vec![1.0, 2.0];
+        let fitted = |scale: f64| Trace {
+            held_out: false,
+            ..trace(scale)
+        };
+        let judged = |scale: f64| verdict(&[brief.clone(), fitted(scale)], &Config::default());
+        assert_eq!((judged(1.0), judged(1.1)), (Verdict::Adequate, Verdict::Unknown));
+        brief.curves[0].measured[0] = f64::NAN;
+        let base = base_fit(&[brief, fitted(1.1)], &Config::default());
+        assert!(base.held_out.is_empty() && base.rmse["force"] > 0.01, "{base:?}");
     }
 
     #[test]

@@ -93,7 +93,11 @@ pub fn diagnose(
     let predicted = |capture: &Capture, with: &Model, (loads, tosses): (&[Load], &[Trace])| -> Vec<Trace> {
         let of = |name: &str| segmented.iter().find(|s| s.interaction == name);
         let each = capture.interactions.iter();
-        each.map(|i| or_load(trace_of(capture, i, of(&i.name), with), loads))
+        let hangs = |i: &Interaction| {
+            let mut joints = with.twin.joints();
+            joints.any(|j| j.parent == WORLD && i.target.as_ref() == Some(&j.child))
+        };
+        each.map(|i| or_load(trace_of(capture, i, of(&i.name), with), loads, hangs(i)))
             .map(|t| or_toss(t, tosses))
             .collect()
     };
@@ -190,6 +194,9 @@ fn two_clocks(
     let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
     delay_finding(slid).or_else(begun).or_else(of_blows)
 }
+
+/// What hangs on nothing that was tracked.
+const WORLD: &str = "world";
 
 /// Causes that act on a body at one place of the support.
 const AT_A_PLACE: [&str; 4] = ["magnet", "bump", "friction-patch", "hidden-body"];

@@ -12,7 +12,7 @@ use super::naming::Ladder;
 use super::rolls::Rolls;
 use super::shown::{budget, profiles};
 use super::tosses::Tosses;
-use super::{Curve, Trace};
+use super::{Curve, Quantity, Trace};
 use crate::stages::estimation::Inertial;
 use crate::twin::{Budget, Evidence, Finding, Gain, Profile};
 
@@ -128,15 +128,25 @@ fn explains_little(gain: &Gain, family: &dyn Family, ladder: &Ladder) -> bool {
         && gain.rmse_after > STANDS_OUT * noise.max(family.unforeseen())
 }
 
-/// A trace without curves takes those of a joint's load, where there are any.
-pub(super) fn or_load(mut trace: Trace, loads: &[Load]) -> Trace {
-    if trace.curves.is_empty() {
-        let own = loads.iter().filter(|(name, _)| *name == trace.interaction);
-        trace.curves = own.map(|(_, curve)| curve.clone()).collect();
-        if !trace.curves.is_empty() {
-            trace.remark = Some("the load along the joint, from its measured motion".into());
-        }
+/// A trace without curves takes those of a joint's load, where there are any; one of a joint that `hangs` on the world takes them
+/// for its forces: a replay has no inertia, and nothing else there gives way.
+pub(super) fn or_load(mut trace: Trace, loads: &[Load], hangs: bool) -> Trace {
+    let own = loads.iter().filter(|(name, _)| *name == trace.interaction);
+    let own: Vec<Curve> = own.map(|(_, curve)| curve.clone()).collect();
+    if own.is_empty() || !(hangs || trace.curves.is_empty()) {
+        return trace;
     }
+    let felt = |c: &Curve| matches!(c.quantity, Quantity::Force | Quantity::Torque);
+    let mut doubts = std::mem::take(&mut trace.doubt).into_iter();
+    let moved = std::mem::take(&mut trace.curves)
+        .into_iter()
+        .map(|c| (c, doubts.next()));
+    (trace.curves, trace.doubt) = moved
+        .filter(|(c, _)| !felt(c))
+        .map(|(c, d)| (c, d.unwrap_or_default()))
+        .unzip();
+    trace.curves.extend(own);
+    trace.remark = Some("the load along the joint, from its measured motion".into());
     trace
 }
 

@@ -32,6 +32,7 @@ mod leftover;
 mod levels;
 mod loads;
 mod marginal;
+mod motion_bars;
 mod motion_blur;
 mod motion_history;
 mod motion_laws;

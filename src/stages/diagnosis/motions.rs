@@ -14,13 +14,13 @@ use super::fit::Fit;
 use super::held_out::left;
 use super::levels::{Level, Number};
 use super::marginal::weights;
+use super::motion_bars;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, loose};
 use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, read, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
-use super::naming::NAMED;
 use super::{Curve, Quantity};
 use crate::capture::{Capture, Segmented};
 use crate::math::{median, quantile};
@@ -35,9 +35,6 @@ const SLOW: f64 = 0.06;
 const SURE: f64 = 0.1;
 /// Share of the range below which a play is not told from how motions start.
 const RESOLVED: f64 = 0.02;
-/// Log evidence over the plain model, nats, from which on a play is named, and one that frees the joint of nearly all friction.
-const PLAY: [f64; 2] = [25.0, 15.0];
-const WHOLE: f64 = 0.9;
 /// Step of the sensor over dry friction from which on its rounding is no noise.
 const COARSE: f64 = 0.5;
 /// Logarithm of what a joint may rub over what is read of it where that is cut off.
@@ -215,10 +212,12 @@ impl Motions {
         let one = |g: usize| {
             let group = &self.sheet.groups[g];
             let channel = &group.channels[0];
+            // What is left open of all loads alike is no reason to foretell none.
+            let fine = |m: &Moved| (EVEN * m.load / self.sheet.kinds[0].sigma).hypot(1.0);
             let sure = weights(self, g).into_iter().zip(&self.moments[g]);
             let rows = sure.zip(left(self, fit, g, true)).zip(&channel.measured);
             let foretold = rows.map(|(((w, m), e), x)| {
-                if w < SURE || m.still || m.unsure {
+                if w * fine(m) < SURE || m.still || m.unsure {
                     f64::NAN
                 } else {
                     x - e
@@ -367,13 +366,8 @@ impl Family for Motions {
         plays || form == form::SATURATION_ROOM && values[0].exp() < CUTS * self.usual()
     }
 
-    /// What a play does is close to what friction does that sets in late, but for one that frees the joint of all of it.
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {
-        match self.sheet.laws[law].form {
-            form::BACKLASH | form::BACKLASH_ANEW if values[0] < WHOLE => PLAY[0],
-            form::BACKLASH | form::BACKLASH_ANEW => PLAY[1],
-            _ => NAMED,
-        }
+        motion_bars::named_from(self.sheet.laws[law].form, values)
     }
 
     /// The arm of a force is the same in all motions, and off by the same share.

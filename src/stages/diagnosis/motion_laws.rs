@@ -30,6 +30,8 @@ pub(super) mod form {
     pub const LOOSE: usize = 18;
     pub const BACKLASH_ANEW: usize = 19;
     pub const SATURATION_ROOM: usize = 20;
+    pub const SOFT_CLOSE_ONE_WAY: usize = 21;
+    pub const SLOPE: usize = 22;
 }
 
 /// One moment of a joint at work.
@@ -92,6 +94,7 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::DAMPING => x[0] * v,
             form::QUADRATIC => x[0] * v * v.abs(),
             form::SPRING => x[0] * (q - x[1]),
+            form::SLOPE => -x[0],
             form::GRAVITY => -(x[0] * q.cos() + x[1] * q.sin()),
             form::DETENT => {
                 let s = (q - x[1]) / x[2].exp();
@@ -105,6 +108,8 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
             form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
+            // Its piston is pushed in, and not drawn out again.
+            form::SOFT_CLOSE_ONE_WAY => x[0] * v.min(0.0) * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
             _ => 0.0,
         }
     };
@@ -284,20 +289,6 @@ fn speed_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             Parameter::positive("d", per_square, 0.5 * s.load / (v * v)),
             "the joint resists with the square of its speed",
         ),
-        make.law(
-            "soft-close",
-            form::SOFT_CLOSE,
-            (
-                vec![Parameter::positive("b", per_speed, 0.7 * s.load / v)],
-                // Free of it at the far end, or it would be plain damping.
-                vec![Parameter {
-                    high: (0.7 * close).ln(),
-                    ..Parameter::scale("q_closed", if s.turns { "rad" } else { "m" }, 0.4 * close, 0.5)
-                }],
-            ),
-            logs(&[0.25 * close, 0.5 * close]),
-            "near its closed end the joint resists in proportion to its speed",
-        ),
     ]
 }
 
@@ -338,6 +329,13 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             (vec![share("ec"), share("es")], Vec::new()),
             vec![Vec::new()],
             "all loads are wrong by a factor that depends on the angle: the arm of the force is",
+        ));
+    } else {
+        laws.push(make.plain(
+            "joint-gravity",
+            form::SLOPE,
+            Parameter::amplitude("gc", effort, 0.5 * s.load),
+            "the same force draws it along its rail wherever it is",
         ));
     }
     laws

@@ -6,16 +6,22 @@ use nalgebra::Vector3;
 use super::motion_laws::Moved;
 use super::motion_reads::BIN;
 use crate::math::median;
-use crate::twin::Joint;
+use crate::twin::{Joint, JointKind};
 
 /// Sine of a hinge's lean from the vertical, beside twice the doubt of its axis, up to which no weight loads it.
 const UPRIGHT: f64 = 0.05;
 
-/// True where a weight can load a hinge: its axis is not upright.
+/// Sine of a rail's slope beyond which its own weight draws what slides on it.
+const LEVEL: f64 = 0.02;
+
+/// True where a weight can load a joint: the axis of a hinge is not upright, a rail is not level.
 pub fn weighed(joint: &Joint, gravity: &Vector3<f64>) -> bool {
     let (axis, down) = (Vector3::from(joint.axis.value), gravity.try_normalize(1e-9));
     let doubt = joint.axis.sd.map_or(0.0, |sd| sd.iter().copied().fold(0.0, f64::max));
-    down.is_some_and(|down| axis.cross(&down).norm() > UPRIGHT + 2.0 * doubt)
+    down.is_some_and(|down| match joint.kind {
+        JointKind::Prismatic => axis.dot(&down).abs() > LEVEL + 2.0 * doubt,
+        _ => axis.cross(&down).norm() > UPRIGHT + 2.0 * doubt,
+    })
 }
 
 /// Share of the way, beside three times the noise of a position, within which a joint is at the end of it: a stop gives by

@@ -61,9 +61,6 @@ pub struct Scale {
     pub turns: bool,
 }
 
-/// How common a weight on an upright hinge is beside what does as well.
-const SELDOM: f64 = 0.05;
-
 /// All motions of one joint.
 #[derive(Clone)]
 pub struct Motions {
@@ -81,6 +78,8 @@ pub struct Motions {
     pub(super) turns: bool,
     /// A weight can load it.
     weighed: bool,
+    /// A finger that touched nothing read no force.
+    reads_nothing: bool,
     /// N·m per N, usually.
     pub(super) lever: f64,
     /// When the first motion began, s, of the capture's clock.
@@ -105,8 +104,10 @@ pub fn of_all_joints(capture: &Capture, segmented: &[Segmented], model: &Model) 
         .filter_map(|j| {
             let reads = read_all(capture, segmented, model, j);
             let motions = Motions::new(&reads, j, &capture.gravity)?;
+            let least = motions.friction / motions.lever;
             Some(Motions {
                 handle: Handle::of(capture, j, &reads),
+                reads_nothing: motion_bars::reads_nothing(capture, segmented, least),
                 ..motions
             })
         })
@@ -169,6 +170,7 @@ impl Motions {
             span: scale.range[1] - scale.range[0],
             turns,
             weighed: weighed(joint, gravity),
+            reads_nothing: false,
             lever,
             zero,
             turning: Turning::new(RESOLVED * (scale.range[1] - scale.range[0])),
@@ -352,18 +354,16 @@ impl Family for Motions {
         true
     }
 
-    /// A weight that loads a hinge whose axis is upright is one whose table leans, or whose axis was found wrongly.
     fn commonness(&self, law: usize) -> f64 {
-        let weight = self.sheet.laws[law].form == form::GRAVITY;
-        if weight && !self.weighed { SELDOM } else { 1.0 }
+        motion_bars::commonness(self.sheet.laws[law].form, self.weighed, self.reads_nothing)
     }
 
-    /// A smaller play is like the start of any motion, where smoothed speeds run ahead; a range that ends where the force usually is, is
-    /// friction.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
         let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW) && values[1].exp() < RESOLVED * self.span;
-        plays || form == form::SATURATION_ROOM && values[0].exp() < CUTS * self.usual()
+        plays
+            || motion_bars::usual(form, values)
+            || form == form::SATURATION_ROOM && values[0].exp() < CUTS * self.usual()
     }
 
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {

@@ -175,20 +175,22 @@ impl Climb<'_> {
             };
             c.gain >= least && significance(family, c) >= SEEN
         };
-        let standing = found
-            .iter()
-            .find(|c| c.stands() && (!large(c) || !form(c)))
-            .filter(|c| large(c));
+        // What gains by no effect of its own has found a better null.
+        let idle = |c: &&Candidate| c.gain >= NAMED && significance(family, c) < SEEN;
+        if let Some(better) = found.iter().find(idle).and_then(|c| self.null_of(c)) {
+            self.polishes += 1;
+            self.full = better;
+            return true;
+        }
+        let standing = found.iter().find(|c| c.stands() && large(c) && !form(c));
         let hope = found.first().filter(|c| self.taken.is_empty() && large(c));
         let Some(best) = standing.or(hope) else {
             return false;
         };
         // A null that had not converged would make discoveries: the candidate's shared parameters may be nearer.
-        let shared = &best.fit.theta[..self.full.theta.len()];
-        let again = fit(family, &self.full.laws, shared, &best.fit.noise, &self.full.groups);
-        if self.polishes < EFFECTS && again.objective > self.full.objective + SLIP {
+        if let Some(better) = self.null_of(best) {
             self.polishes += 1;
-            self.full = again;
+            self.full = better;
             return true;
         }
         self.hoped |= standing.is_none();
@@ -197,6 +199,15 @@ impl Climb<'_> {
         self.taken.push(taken);
         self.full = full;
         true
+    }
+
+    /// The model without a candidate, fitted from where that has what both share, if it is better there.
+    fn null_of(&self, candidate: &Candidate) -> Option<Fit> {
+        let shared = &candidate.fit.theta[..self.full.theta.len()];
+        let noise = &candidate.fit.noise;
+        let again =
+            (self.polishes < EFFECTS).then(|| fit(self.family, &self.full.laws, shared, noise, &self.full.groups));
+        again.filter(|again| again.objective > self.full.objective + SLIP)
     }
 
     /// An effect that was only hoped for goes, with all that was taken up after it, unless together they foretell

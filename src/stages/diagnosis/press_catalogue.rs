@@ -230,6 +230,14 @@ fn history_laws() -> Vec<Law> {
             logs(&[2e-4, 5e-4]),
             "it clings to the tool on the way out",
         ),
+        law(
+            "adhesion",
+            form::BOND,
+            vec![Parameter::positive("Fa", "N", 0.5)],
+            vec![Parameter::scale("reach", "m", 5e-5, 0.8)],
+            logs(&[2e-5, 1e-4]),
+            "it clings to the tool on the way out",
+        ),
     ]
 }
 

@@ -30,6 +30,7 @@ pub(super) mod form {
     pub const GUIDE_HELD: usize = 21;
     pub const LAG_OF_TWO: usize = 22;
     pub const CUBIC: usize = 23;
+    pub const BOND: usize = 24;
 }
 
 /// Through how many equal poles what is read follows.
@@ -100,9 +101,14 @@ impl Met {
     /// How much deeper than the surface of a spring of `stiffness` (N/m) the tool was where what was read told it, m, beside a
     /// `delay` (s) of the force behind the path.
     pub fn late(&self, stiffness: f64, delay: f64, active: &[Active]) -> f64 {
+        // How long it took to where a spring alone comes to that force.
+        let depth = self.force.max(0.0) / (stiffness * self.speed).max(1e-9);
         let one = |a: &Active| match a.law.form {
             form::DELAY => a.values[0],
             form::LAG | form::LAG_OF_TWO => self.behind(stiffness, a.values[0], poles(a.law.form)),
+            // What resists by its rate is felt before it is deep.
+            form::DAMPING => -a.values[0].clamp(0.0, depth),
+            form::RELAXATION => -depth * (1.0 - 1.0 / (1.0 + a.values[0].max(0.0))),
             _ => 0.0,
         };
         self.speed * (delay + active.iter().map(one).sum::<f64>())
@@ -190,7 +196,8 @@ impl Memory {
         for a in active {
             force += self.material(a, m, depth, inside, moved);
         }
-        if inside > 0.0 || !active.iter().any(|a| a.law.form == form::ADHESION) {
+        let clings = |a: &Active| matches!(a.law.form, form::ADHESION | form::BOND);
+        if inside > 0.0 || !active.iter().any(clings) {
             force = force.max(0.0);
         }
         self.before = inside;
@@ -243,6 +250,11 @@ impl Memory {
             form::SNAP if touching => -v[0] * (-((inside - v[1]) / v[2].exp()).powi(2) / 2.0).exp(),
             form::PRELOAD if touching => v[0] * (1.0 - (-inside / v[1].exp()).exp()),
             form::DRIFT => k * inside * v[0] * m.time,
+            // Drawn out as far as it was pressed in, until it lets go.
+            form::BOND if m.rate < 0.0 && depth < 0.0 && self.deepest[0] > 0.0 => {
+                let beyond = (-depth - v[0].max(0.0) / k).max(0.0);
+                -(k * (-depth - beyond)) * (-beyond / v[1].exp()).exp()
+            }
             form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / v[1].exp()).exp(),
             _ => 0.0,
         }

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::evidence::{leave_one_out, paired};
-use super::family::Family;
+use super::family::{Family, Parameter};
 use super::fit::{Fit, fit};
 use super::marginal::{Noise, Point, group_state};
 
@@ -33,7 +33,9 @@ impl Candidate {
     /// Left-out interactions are foretold better with it; or no worse, where the base feigns it with a number that cannot be what
     /// it came to: what is feigned in all of them is so in those that are left out.
     pub fn stands(&self) -> bool {
-        stands(self.foretold) || (self.relieves && self.foretold.0 > -self.foretold.1.max(1.0))
+        let first = self.fit.laws.len() == 1;
+        let plenty = first && self.gain > PLENTY && self.foretold.0 > (MOST_OF_IT * self.foretold.1).max(3.0);
+        stands(self.foretold) || plenty || (self.relieves && self.foretold.0 > -self.foretold.1.max(1.0))
     }
 
     /// Its own parameters: the last of its fit.
@@ -41,6 +43,11 @@ impl Candidate {
         &self.fit.theta[self.fit.theta.len() - family.laws()[self.law].parameters.len()..]
     }
 }
+
+/// Gain of a first effect, nats, from which on a part of the standard error is enough: a few unlike interactions foretell each other
+/// badly, whatever is true of all.
+const PLENTY: f64 = 50.0;
+const MOST_OF_IT: f64 = 0.7;
 
 /// Whether a gain with its standard error, nats, is one.
 pub fn stands(foretold: (f64, f64)) -> bool {
@@ -64,6 +71,8 @@ impl Scored {
 /// Score (Lagrange multiplier) test of every law at every point of its grid.
 pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>) -> Vec<Scored> {
     let laws: Vec<usize> = laws.collect();
+    let mut numbers = family.base().iter().enumerate();
+    let strained = numbers.any(|(k, p)| off(base, k, p) > STRAINED);
     let mut scored: Vec<Scored> = laws
         .into_par_iter()
         .map(|law| {
@@ -73,8 +82,9 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
                 .filter_map(|shape| score(family, base, law, shape))
                 .collect();
             points.sort_by(|a, b| b.0.total_cmp(&a.0));
-            // Without an amplitude the base is not told to make room: it may also have to start afresh.
-            if family.laws()[law].amplitudes == 0 {
+            // Without an amplitude the base is not told to make room, and one that feigns the law cannot: it may also have to
+            // start afresh.
+            if family.laws()[law].amplitudes == 0 || strained {
                 let afresh = points.first().map(|p| (p.0, fresh(family, law, &p.1)));
                 points.splice(1..1, afresh);
             }
@@ -82,7 +92,11 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
             Scored {
                 law,
                 score: best,
-                starts: points.into_iter().take(2).map(|p| p.1).collect(),
+                starts: points
+                    .into_iter()
+                    .take(if strained { 3 } else { 2 })
+                    .map(|p| p.1)
+                    .collect(),
             }
         })
         .collect();
@@ -109,7 +123,7 @@ fn score(family: &dyn Family, base: &Fit, law: usize, shape: &[f64]) -> Option<(
     laws.push(law);
     let priors = super::fit::parameters(family, &laws);
     // A secant: some laws have no slope at zero.
-    let step = |(k, p): (usize, &super::family::Parameter)| if k >= b { 0.05 * p.sd } else { 1e-4 * p.sd };
+    let step = |(k, p): (usize, &Parameter)| if k >= b { 0.05 * p.sd } else { 1e-4 * p.sd };
     let steps: Vec<f64> = priors.iter().enumerate().map(step).collect();
     if a == 0 {
         return Some((WORTH + 1.0, theta));
@@ -217,8 +231,12 @@ fn loud(family: &dyn Family, noise: &Noise) -> bool {
 const STRAINED: f64 = 4.0;
 const EASY: f64 = 2.0;
 
+/// By how many standard deviations of what is known of it a number of the base is off.
+fn off(fit: &Fit, k: usize, number: &Parameter) -> f64 {
+    ((fit.theta[k] - number.centre) / number.sd).abs()
+}
+
 fn relieves(family: &dyn Family, base: &Fit, with: &Fit) -> bool {
-    let off = |fit: &Fit, k: usize, p: &super::family::Parameter| ((fit.theta[k] - p.centre) / p.sd).abs();
     let mut numbers = family.base().iter().enumerate();
     numbers.any(|(k, p)| off(base, k, p) > STRAINED && off(with, k, p) < EASY)
 }

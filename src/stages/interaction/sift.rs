@@ -34,6 +34,8 @@ const SPREAD: f64 = 0.4;
 const COARSE: f64 = 1.5;
 /// A step of rounding below this share of the largest force is a way of writing numbers down.
 const WRITTEN: f64 = 0.005;
+/// Readings nearer than this share of the largest are one value: a file holds some digits.
+const SAME: f64 = 1e-5;
 /// Values that show a comb by themselves; and the fewest that do where readings hop between them, so often an interaction.
 const COMB: (usize, usize) = (4, 3);
 const HOPS: usize = 10;
@@ -218,53 +220,62 @@ fn tracks_stray(capture: &Capture) -> Option<(f64, (usize, usize))> {
     proven(&judged, level).map(|(quiet, far)| (level, (far, quiet)))
 }
 
-/// The step of which all readings of force are multiples, where it is coarser than their noise.
+/// The step of which all readings of force are multiples, where it is coarser than their noise: along the axes of the room, or
+/// along those of the tool where its sensor turns with it.
 fn rounding_of(capture: &Capture, scatter: f64) -> Option<(f64, usize)> {
     let noise = capture.noise.force.unwrap_or(scatter);
-    let axis = |k: usize| {
-        let streams = capture.interactions.iter().filter_map(|i| i.force.as_ref());
-        let finite = streams
-            .flat_map(|s| s.force.iter().map(|f| f[k]))
-            .filter(|x| x.is_finite());
-        let mut values: Vec<f64> = finite.collect();
-        values.sort_by(f64::total_cmp);
-        values.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-        values
+    let comb = |streams: Vec<Vec<Vector3<f64>>>| comb_of(&streams, noise);
+    comb(capture.interactions.iter().map(forces_of).collect())
+        .or_else(|| comb(capture.interactions.iter().map(forces_of_tool).collect()))
+}
+
+/// The forces along the axes of the tool; none where it has no path with a heading.
+fn forces_of_tool(interaction: &Interaction) -> Vec<Vector3<f64>> {
+    let (Some(stream), Some(path)) = (&interaction.force, &interaction.tool_path) else {
+        return Vec::new();
     };
-    let largest = |v: &Vec<f64>| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let (widest, values) = (0..3)
-        .map(|k| (k, axis(k)))
-        .max_by(|a, b| largest(&a.1).total_cmp(&largest(&b.1)))?;
+    let row = |t: f64| path.time.partition_point(|x| *x < t).min(path.len().saturating_sub(1));
+    let turn = |t: f64| path.rotation.get(row(t)).copied().flatten();
+    let rows = stream.time.iter().zip(&stream.force);
+    rows.filter_map(|(t, f)| turn(*t).map(|q| q.inverse() * f)).collect()
+}
+
+/// Of these streams the step of their largest axis, and in how many values that comes.
+fn comb_of(streams: &[Vec<Vector3<f64>>], noise: f64) -> Option<(f64, usize)> {
+    let axis = |k: usize| {
+        let each = streams.iter().flatten().map(|f| f[k]);
+        let mut values: Vec<f64> = each.filter(|x| x.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let largest = values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        values.dedup_by(|a, b| (*a - *b).abs() < (SAME * largest).max(1e-9));
+        (k, largest, values)
+    };
+    let (widest, largest, values) = (0..3).map(axis).max_by(|a, b| a.1.total_cmp(&b.1))?;
     let step = values.windows(2).map(|w| w[1] - w[0]).reduce(f64::min)?;
     let even = |x: &f64| {
         let steps = (x - values[0]) / step;
         (steps - steps.round()).abs() < 0.02
     };
-    let coarse = step > COARSE * noise && step > WRITTEN * largest(&values);
-    let comb = values.len() >= COMB.0 || values.len() >= COMB.1 && hops(capture, widest);
+    let coarse = step > COARSE * noise && step > WRITTEN * largest;
+    let comb = values.len() >= COMB.0 || values.len() >= COMB.1 && hops(streams, widest);
     (comb && coarse && values.iter().all(even)).then_some((step, values.len()))
 }
 
 /// Whether readings change between few values again and again, as noise beside a rounding edge makes them: what has no noise
 /// takes few values without.
-fn hops(capture: &Capture, axis: usize) -> bool {
-    let streams = capture.interactions.iter().filter_map(|i| i.force.as_ref());
-    let (mut changes, mut count) = (0, 0);
-    for stream in streams {
-        count += 1;
-        changes += stream
-            .force
-            .windows(2)
-            .filter(|w| (w[0][axis] - w[1][axis]).abs() > 0.0)
-            .count();
-    }
-    changes >= HOPS * count
+fn hops(streams: &[Vec<Vector3<f64>>], axis: usize) -> bool {
+    let changes = |stream: &Vec<Vector3<f64>>| {
+        let pairs = stream.windows(2);
+        pairs.filter(|w| (w[0][axis] - w[1][axis]).abs() > 0.0).count()
+    };
+    let read = streams.iter().filter(|s| !s.is_empty()).count();
+    streams.iter().map(changes).sum::<usize>() >= HOPS * read
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture::{Noise, WrenchStream};
+    use crate::capture::{Noise, PoseStream, WrenchStream};
 
     /// A force of so many newtons, now one way, now the other, read with noise or without and rounded to `step`.
     fn read(size: f64, noise: f64, step: f64) -> Capture {
@@ -312,6 +323,24 @@ mod tests {
         let (step, values) = rounding_of(&read(0.26, 0.1, 0.53), 0.0).expect("a step");
         assert!((step - 0.53).abs() < 1e-9 && values == 3, "{step} {values}");
         assert!(rounding_of(&read(0.3, 0.0, 0.3), 0.0).is_none());
+    }
+
+    #[test]
+    fn a_sensor_that_turns_with_its_tool_shows_its_comb_there() {
+        let mut capture = read(2.0, 0.3, 0.2);
+        let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.7);
+        let interaction = &mut capture.interactions[0];
+        let stream = interaction.force.as_mut().expect("a force");
+        // As a file of seven digits holds them.
+        let digits = |x: f64| (x * 1e6).round() / 1e6;
+        stream.force.iter_mut().for_each(|f| *f = (turn * *f).map(digits));
+        interaction.tool_path = Some(PoseStream {
+            time: vec![0.0, 2.0],
+            position: vec![nalgebra::Point3::origin(); 2],
+            rotation: vec![Some(turn); 2],
+        });
+        let (step, _) = rounding_of(&capture, 0.0).expect("a step");
+        assert!((step - 0.2).abs() < 1e-4, "{step}");
     }
 
     /// A finger that meets something stiff bounces once before the force steps up; the readings about it are quiet.

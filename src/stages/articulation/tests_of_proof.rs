@@ -153,3 +153,47 @@ fn a_slide_with_a_stop_at_either_end_is_one_and_without_them_perhaps() {
     let [Unproven { child, share, .. }] = found.unproven.first_chunk().expect("a pair");
     assert!(child == "drawer" && found.joints.is_empty() && (0.3..0.5).contains(share));
 }
+
+#[test]
+fn a_slide_that_is_shoved_along_the_line_on_which_it_was_led_is_one() {
+    let shares = to_and_fro(500);
+    let drawn = |s: f64| Isometry3::translation(0.15 * s, 0.0, 0.05);
+    let run = |k: usize| {
+        pull(k, ("cabinet", "drawer"), &shares, &drawn, &|s| {
+            drawn(s).translation.vector
+        })
+    };
+    let shoved = |turns: f64| {
+        let goes = |s: f64| drawn(s) * Isometry3::rotation(Vector3::z() * (turns * s));
+        let mut push = pull(2, ("cabinet", "drawer"), &shares, &goes, &|s| {
+            drawn(s).translation.vector
+        });
+        push.kind = Kind::Push;
+        push.tool.as_mut().expect("a tool").grip = false;
+        push
+    };
+    let joints = joints_of(&capture(vec![run(0), run(1), shoved(0.0)], true));
+    assert_eq!(joints[0].kind, JointKind::Prismatic);
+    // What a single point turns as it shoves it is free; what was only led may be.
+    for runs in [vec![run(0), run(1), shoved(0.3)], vec![run(0), run(1)]] {
+        let (found, _) = all_of(&capture(runs, true));
+        assert!(found.joints.is_empty(), "{:?}", found.joints);
+    }
+}
+
+#[test]
+fn a_frame_that_lies_on_its_axis_is_led_as_far_as_where_it_is_held() {
+    let shares = to_and_fro(400);
+    let turned = |s: f64| Isometry3::new(Vector3::new(0.1, 0.0, 0.2), Vector3::z() * (1.1 * s));
+    let runs = (0..2).map(|k| {
+        let held = |s: f64| (turned(s) * Point3::new(0.15, 0.0, 0.0)).coords;
+        let mut run = pull(k, ("post", "arm"), &shares, &turned, &held);
+        run.tracks.remove("post");
+        run
+    });
+    let joints = joints_of(&capture(runs.collect(), false));
+    assert_eq!(
+        (joints[0].kind, joints[0].parent.as_str()),
+        (JointKind::Revolute, "world")
+    );
+}

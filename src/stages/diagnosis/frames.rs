@@ -138,12 +138,15 @@ fn told_by(ways: &[&Gone]) -> Option<Finding> {
     })
 }
 
-/// Share of the error that a frame has to take away for all else to be asked of tracks that are put right first.
+/// Share of the error that a frame has to take away for all else to be asked of tracks that are put right first, and where pushes
+/// agree on it to so many standard errors.
 const SURE: f64 = 0.6;
+const AGREED: (f64, f64) = (10.0, 0.4);
 
 /// The capture with its tracks turned and scaled about the origin as the finding has it; nothing where it is not beyond doubt.
 pub fn put_right(capture: &Capture, finding: &Finding) -> Option<Capture> {
-    if finding.gain.reduction < SURE {
+    let agreed = finding.evidence.iter().any(|e| e.statistic.abs() > AGREED.0);
+    if finding.gain.reduction < if agreed { AGREED.1 } else { SURE } {
         return None;
     }
     let of = |name: &str| finding.parameters.get(name).map_or(0.0, |e| e.value);

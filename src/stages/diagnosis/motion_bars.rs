@@ -69,4 +69,12 @@ mod tests {
     fn a_play_of_all_the_friction_asks_for_less() {
         assert!(named_from(form::BACKLASH, &[0.5]) > named_from(form::BACKLASH, &[1.0]));
     }
+
+    #[test]
+    fn a_weight_loads_what_leans_and_a_bias_is_read_by_a_free_finger() {
+        let of = |form, weighed, nothing| commonness(form, weighed, nothing);
+        assert!(of(form::SLOPE, true, false) > of(form::BIAS, true, false));
+        assert!(of(form::SLOPE, false, false) < of(form::BIAS, false, false));
+        assert!(of(form::BIAS, false, true) < of(form::SLOPE, false, true));
+    }
 }

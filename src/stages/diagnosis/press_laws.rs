@@ -284,3 +284,61 @@ impl Memory {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::diagnosis::family::Law;
+
+    fn law(form: usize) -> Law {
+        Law {
+            cause: "adhesion",
+            place: "pad".into(),
+            form,
+            parameters: Vec::new(),
+            amplitudes: 1,
+            grid: Vec::new(),
+            words: "",
+        }
+    }
+
+    #[test]
+    fn a_bond_draws_as_far_out_as_it_was_pressed_in_and_lets_go() {
+        let (law, values) = (law(form::BOND), [0.5, 1e-5_f64.ln()]);
+        let active = [Active {
+            law: &law,
+            values: &values,
+        }];
+        let mut memory = Memory::new(1e3, 2e-3, [0.0; 2]);
+        let mut at = |depth: f64, rate: f64| {
+            let moment = Moment {
+                time: 0.0,
+                step: 0.04,
+                depth,
+                rate,
+                parts: None,
+            };
+            memory.force(&moment, 0.0, &active)
+        };
+        assert!((at(1e-3, 0.01) - 1.0).abs() < 1e-9);
+        assert!((at(-2e-4, -0.01) + 0.2).abs() < 1e-9);
+        assert!((at(-5e-4, -0.01) + 0.5).abs() < 1e-9);
+        assert!(at(-7e-4, -0.01).abs() < 1e-3);
+    }
+
+    #[test]
+    fn what_resists_by_its_rate_is_felt_before_it_is_deep() {
+        let (law, values) = (law(form::DAMPING), [0.05]);
+        let active = [Active {
+            law: &law,
+            values: &values,
+        }];
+        // At 20 mm/s a spring alone of 1 kN/m comes to 0.1 N after 5 ms and 0.1 mm; this one is at its surface.
+        let met = Met {
+            speed: 0.02,
+            force: 0.1,
+        };
+        assert!((met.late(1e3, 0.0, &active) + 1e-4).abs() < 1e-9);
+        assert!(met.late(1e3, 0.0, &[]).abs() < 1e-12);
+    }
+}

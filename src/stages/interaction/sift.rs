@@ -328,17 +328,20 @@ mod tests {
     #[test]
     fn a_sensor_that_turns_with_its_tool_shows_its_comb_there() {
         let mut capture = read(2.0, 0.3, 0.2);
-        let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.7);
-        let interaction = &mut capture.interactions[0];
-        let stream = interaction.force.as_mut().expect("a force");
+        let one = capture.interactions[0].clone();
+        capture.interactions = vec![one; 3];
         // As a file of seven digits holds them.
         let digits = |x: f64| (x * 1e6).round() / 1e6;
-        stream.force.iter_mut().for_each(|f| *f = (turn * *f).map(digits));
-        interaction.tool_path = Some(PoseStream {
-            time: vec![0.0, 2.0],
-            position: vec![nalgebra::Point3::origin(); 2],
-            rotation: vec![Some(turn); 2],
-        });
+        for (interaction, angle) in capture.interactions.iter_mut().zip([0.7, -0.3, 1.9]) {
+            let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+            let stream = interaction.force.as_mut().expect("a force");
+            stream.force.iter_mut().for_each(|f| *f = (turn * *f).map(digits));
+            interaction.tool_path = Some(PoseStream {
+                time: vec![0.0, 2.0],
+                position: vec![nalgebra::Point3::origin(); 2],
+                rotation: vec![Some(turn); 2],
+            });
+        }
         let (step, _) = rounding_of(&capture, 0.0).expect("a step");
         assert!((step - 0.2).abs() < 1e-4, "{step}");
     }

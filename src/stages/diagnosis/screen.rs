@@ -84,9 +84,9 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
             points.sort_by(|a, b| b.0.total_cmp(&a.0));
             // Without an amplitude the base is not told to make room, and one that feigns the law cannot: it may also have to
             // start afresh.
-            if family.laws()[law].amplitudes == 0 || strained {
-                let afresh = points.first().map(|p| (p.0, fresh(family, law, &p.1)));
-                points.splice(1..1, afresh);
+            let anew = family.laws()[law].amplitudes == 0 || strained;
+            if let Some(afresh) = points.first().filter(|_| anew).map(|p| (p.0, fresh(family, law, &p.1))) {
+                points.insert(1, afresh);
             }
             let best = points.first().map_or(0.0, |p| p.0);
             Scored {

@@ -9,7 +9,7 @@ const WIDEST: f64 = 0.25;
 
 /// Laws that act at one place.
 pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
-    let [effort, per_speed, _, per_place] = units(s.turns);
+    let [effort, _, _, per_place] = units(s.turns);
     let [low, high] = s.range;
     let span = (high - low).max(1e-6);
     let unit = if s.turns { "rad" } else { "m" };
@@ -55,30 +55,14 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             "at one place the joint is held and drawn in from either side",
         )
     };
-    let soft_close = |form: usize| {
-        make.law(
-            "soft-close",
-            form,
-            (
-                vec![Parameter::positive("b", per_speed, 0.7 * s.load / s.speed)],
-                // Free of it at the far end, or it would be plain damping.
-                vec![Parameter {
-                    high: (0.7 * span).ln(),
-                    ..Parameter::scale("q_closed", unit, 0.4 * span, 0.5)
-                }],
-            ),
-            [0.25, 0.5].iter().map(|x: &f64| vec![(x * span).ln()]).collect(),
-            "near its closed end the joint resists in proportion to its speed",
-        )
-    };
     let closed = [low - 0.05 * span, low + 0.08 * span];
     let mut laws = vec![
         detent(form::DETENT),
         detent(form::NOTCH),
         latch(form::DETENT, closed, low),
         latch(form::NOTCH, closed, low),
-        soft_close(form::SOFT_CLOSE),
-        soft_close(form::SOFT_CLOSE_ONE_WAY),
+        soft_close(make, s, form::SOFT_CLOSE),
+        soft_close(make, s, form::SOFT_CLOSE_ONE_WAY),
         make.law(
             "limit-compliance",
             form::LIMIT_HIGH,
@@ -104,4 +88,25 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, shut, 0.0)));
     }
     laws
+}
+
+/// A closed end that resists in proportion to the speed, both ways or only on the way in.
+fn soft_close(make: &Maker, s: &Scale, form: usize) -> Law {
+    let [_, per_speed, _, _] = units(s.turns);
+    let span = (s.range[1] - s.range[0]).max(1e-6);
+    let unit = if s.turns { "rad" } else { "m" };
+    make.law(
+        "soft-close",
+        form,
+        (
+            vec![Parameter::positive("b", per_speed, 0.7 * s.load / s.speed)],
+            // Free of it at the far end, or it would be plain damping.
+            vec![Parameter {
+                high: (0.7 * span).ln(),
+                ..Parameter::scale("q_closed", unit, 0.4 * span, 0.5)
+            }],
+        ),
+        [0.25, 0.5].iter().map(|x: &f64| vec![(x * span).ln()]).collect(),
+        "near its closed end the joint resists in proportion to its speed",
+    )
 }

@@ -61,8 +61,6 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         detent(form::NOTCH),
         latch(form::DETENT, closed, low),
         latch(form::NOTCH, closed, low),
-        soft_close(make, s, form::SOFT_CLOSE),
-        soft_close(make, s, form::SOFT_CLOSE_ONE_WAY),
         make.law(
             "limit-compliance",
             form::LIMIT_HIGH,
@@ -82,6 +80,7 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             "before some place the joint runs into something that gives",
         ),
     ];
+    laws.extend([form::SOFT_CLOSE, form::SOFT_CLOSE_ONE_WAY].map(|form| soft_close(make, s, form)));
     // Closed may be where the joint stood when the capture began, though it is moved past that.
     if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
         let shut = [-0.05 * span, 0.05 * span];

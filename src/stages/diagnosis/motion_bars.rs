@@ -1,4 +1,5 @@
-//! What the evidence of a law of a joint has to come to before it is named: more where something usual looks like it.
+//! What is known beforehand of the laws of a joint: how much evidence one has to have before it is named, how common it is beside
+//! others that do as well, and what is too usual to be a finding.
 
 use super::motion_laws::form;
 use super::naming::NAMED;

@@ -358,6 +358,8 @@ impl Family for Motions {
         motion_bars::commonness(self.sheet.laws[law].form, self.weighed, self.reads_nothing)
     }
 
+    /// A smaller play is like the start of any motion, where smoothed speeds run ahead; a range that ends where the force usually is, is
+    /// friction.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
         let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW) && values[1].exp() < RESOLVED * self.span;

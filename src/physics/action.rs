@@ -28,6 +28,8 @@ pub struct ToolMotion {
     pub time: Vec<f64>,
     /// World-from-tool positions.
     pub position: Vec<Point3<f64>>,
+    /// By how much it has turned about the normal since it began, rad; empty where nobody tells.
+    pub turned: Vec<f64>,
 }
 
 /// One commanded interaction.

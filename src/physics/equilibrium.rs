@@ -66,7 +66,16 @@ impl Dissipator {
         (weight, tangent)
     }
 
-    /// The same of a foot with points, of the velocity of their middle and spin.
+    /// The generalised force that keeps it going at this generalised velocity, N and N·m.
+    pub(super) fn felt(&self, velocity: &DVector<f64>) -> DVector<f64> {
+        let mut slip = Vector3::zeros();
+        slip.rows_mut(0, self.rows.nrows()).copy_from(&(&self.rows * velocity));
+        let (weight, _) = self.resists(&slip);
+        let force = weight * slip + Vector3::x() * self.pull;
+        self.rows.transpose() * force.rows(0, self.rows.nrows())
+    }
+
+    /// What is resisted per slip, and how that goes with it, of a foot with points, of the velocity of their middle and spin.
     fn over_points(&self, slip: &Vector3<f64>) -> (Matrix3<f64>, Matrix3<f64>) {
         let (mut sum, mut less) = (Matrix3::zeros(), Matrix3::zeros());
         let least = self.least();

@@ -8,6 +8,7 @@ mod elastic;
 mod equilibrium;
 mod foot;
 mod footprint;
+mod grip;
 mod lift;
 mod limit_surface;
 mod linkage;

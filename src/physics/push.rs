@@ -3,6 +3,7 @@
 use nalgebra::{Point2, Vector2, Vector3};
 
 use super::foot::riders;
+use super::grip::{Felt, alone, led, turned};
 use super::tool_path::{STEP, divided, smooth_path};
 use super::{Action, Contact, Course, Hold, Linkage, Prediction, Stance, solve_contact_on};
 use crate::base::Pose;
@@ -76,12 +77,17 @@ impl Play {
         let carried = carried(model, action, target, &linkage);
         let hand = Hand::new(action, &linkage, target, &self.path, gap, friction_of(model, action))?;
         let upright = action.tool.hold == Hold::Grip;
+        let rigid = hand.held.filter(|_| upright && alone(&linkage, target));
         let mut course = Course::default();
         let mut record = Record::of(&linkage, self.path.len());
         let mut felt = None;
         for i in 0..self.path.len() {
             if i > 0 {
-                felt = hand.step(&mut linkage, &mut course, felt, [&self.path[i - 1], &self.path[i]]);
+                let way = [&self.path[i - 1], &self.path[i]];
+                felt = match (rigid, turned(action, way)) {
+                    (Some(start), Some(by)) => led(&mut linkage, (target, &start), felt, way, by),
+                    _ => hand.step(&mut linkage, &mut course, felt, way),
+                };
             }
             if let Some(felt) = felt.filter(|_| !upright) {
                 linkage.tip(target, &felt.force, self.height, action.gravity);
@@ -163,14 +169,6 @@ impl Record {
         self.out.prediction.poses = named.collect();
         self.out
     }
-}
-
-/// The force of the tool on the body.
-#[derive(Clone, Copy)]
-struct Felt {
-    force: Vector2<f64>,
-    /// Whether the tool goes on, and does not only rest against it.
-    moves: bool,
 }
 
 /// The tool with what it holds or touches.
@@ -284,7 +282,7 @@ impl Hand {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::collections::BTreeMap;
 
     use nalgebra::Point3;
@@ -300,7 +298,7 @@ mod tests {
     }
 
     /// A box that is pushed off the middle by a finger at 30 mm/s: it turns, and the finger slides along its face.
-    fn pushed(tool_friction: f64) -> (Model, Action) {
+    pub fn pushed(tool_friction: f64) -> (Model, Action) {
         let pose = Pose(nalgebra::Isometry3::translation(0.0, 0.0, 0.04));
         let mut link = Link::new("box", pose);
         link.mesh = Some("box.obj".into());
@@ -334,6 +332,7 @@ mod tests {
             tool: ToolMotion {
                 radius: 0.008,
                 hold: Hold::Push,
+                turned: Vec::new(),
                 position: time.iter().map(position).collect(),
                 time,
             },

@@ -132,6 +132,7 @@ mod tests {
             tool: ToolMotion {
                 radius: 0.008,
                 hold: Hold::Push,
+                turned: Vec::new(),
                 position: time.iter().map(|t| Point3::new(way(*t), 0.0, 0.03)).collect(),
                 time: time.clone(),
             },

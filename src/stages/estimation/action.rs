@@ -82,6 +82,22 @@ fn steady(time: &[f64], path: &[Point3<f64>]) -> Vec<Point3<f64>> {
     out
 }
 
+/// By how much a tool has turned about `axis` since the first row of its path, rad, freed of its noise; empty where a row does not
+/// tell.
+fn turned_about(path: &PoseStream, axis: &UnitVector3<f64>) -> Vec<f64> {
+    let mut sum = 0.0;
+    let step = |pair: &[Option<UnitQuaternion<f64>>]| {
+        let (from, to) = (pair[0]?, pair[1]?);
+        sum += (to * from.inverse()).scaled_axis().dot(axis);
+        Some(sum)
+    };
+    let Some(rest) = path.rotation.windows(2).map(step).collect::<Option<Vec<f64>>>() else {
+        return Vec::new();
+    };
+    let seen: Vec<f64> = std::iter::once(0.0).chain(rest).collect();
+    freed(&path.time, &seen).map_or(seen, |f| f.values)
+}
+
 /// The command of a push, pull, press or lift; nothing where tool or path are missing.
 pub fn action_of(
     capture: &Capture,
@@ -113,6 +129,11 @@ pub fn action_of(
             hold,
             time: path.time.clone(),
             position: steady(&path.time, &path.position),
+            turned: if hold == Hold::Grip {
+                turned_about(path, &normal)
+            } else {
+                Vec::new()
+            },
         },
         start: start_poses(interaction, first_rest(interaction, segmented), model),
         gravity: -capture.gravity.dot(&normal),

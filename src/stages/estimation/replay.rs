@@ -158,6 +158,7 @@ mod tests {
             tool: ToolMotion {
                 radius: 0.008,
                 hold: Hold::Push,
+                turned: Vec::new(),
                 position: ways.iter().map(|x| Point3::new(*x, 0.05, 0.03)).collect(),
                 time: (0..ways.len()).map(|k| 0.1 * k as f64).collect(),
             },

@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use super::describe::ends_reached;
 use super::fit::Fit;
 use super::pair::Pair;
+use super::rail::{held_sideways, on_one_line};
 use super::select::Selection;
 use crate::capture::{Capture, Interaction, Kind, PoseStream};
 use crate::geometry::Mesh;
@@ -110,13 +111,16 @@ pub fn coupling(capture: &Capture, pair: &Pair, selection: &Selection, placement
     if fit.manifold.kind == JointKind::Revolute {
         persistent_axis(pair, &mut found);
     }
-    if fit.manifold.kind == JointKind::Prismatic
-        && let Some(run) = on_one_line(pair, selection)
-    {
-        found.add(
-            &run.name,
-            "it kept to one line whether it was led along it or only shoved",
-        );
+    if fit.manifold.kind == JointKind::Prismatic && selection.inflation < WITHIN_NOISE {
+        if let Some(run) = on_one_line(pair) {
+            found.add(
+                &run.name,
+                "it kept to one line whether it was led along it or only shoved",
+            );
+        }
+        if let Some(run) = held_sideways(pair, &placement.up) {
+            found.add(&run.name, "it kept to one line although it was drawn to the side of it");
+        }
     }
     if placement.off_table() && !placement.stacked() {
         found.add(&pair.runs[0].name, "it stands on nothing and keeps to its path");
@@ -206,30 +210,6 @@ fn led_about(pair: &Pair, k: usize, selection: &Selection) -> bool {
         }),
         _ => false,
     }
-}
-
-/// Fewest pulls that led it along its line, and the least way of a shove, m.
-const LINES: (usize, f64) = (2, 0.02);
-
-/// The shove that shows a rail: pulls led the child along one line, and a tool that does not hold it sent it along the same one
-/// without a turn. What is free turns away from a single point that shoves it, the more the further it goes (Mason 1986).
-fn on_one_line<'a>(pair: &Pair<'a>, selection: &Selection) -> Option<&'a Interaction> {
-    let moved = |kind: Kind| {
-        let of = move |k: &usize| pair.runs[*k].kind == kind && pair.excursion(*k).0 > LINES.1;
-        (0..pair.runs.len()).filter(of)
-    };
-    let child = |k: &usize| pair.runs[*k].target.as_deref() == Some(&pair.child);
-    let free = |k: &usize| {
-        let tool = pair.runs[*k].tool.as_ref();
-        tool.is_some_and(|t| !t.grip && !t.pin)
-    };
-    let led = moved(Kind::Pull).filter(child).count();
-    let shoved = moved(Kind::Push).filter(child).find(free);
-    let lifted = moved(Kind::Lift).next().is_some();
-    (led >= LINES.0 && !lifted && selection.inflation < WITHIN_NOISE)
-        .then_some(shoved)
-        .flatten()
-        .map(|k| pair.runs[k])
 }
 
 /// True where a tool that lets the child swing took it out and back, held off its middle, and it kept to the path: what

@@ -8,6 +8,7 @@ mod infer;
 mod limits;
 mod manifold;
 mod pair;
+mod rail;
 mod select;
 #[cfg(test)]
 mod tests;

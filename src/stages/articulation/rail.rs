@@ -1,0 +1,137 @@
+//! What shows that a thing runs on a rail, where it was but led and shoved along it: that it keeps to one line, whatever is done
+//! to it sideways.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::pair::Pair;
+use crate::capture::{Interaction, Kind};
+use crate::math::{interpolate, median, weighted_linear};
+
+/// Fewest pulls that led it along its line, and the least way of a shove, m.
+const LINES: (usize, f64) = (2, 0.02);
+
+/// The shove that shows a rail: pulls led the child along one line, and a tool that does not hold it sent it along the same one
+/// without a turn. What is free turns away from a single point that shoves it, the more the further it goes (Mason 1986).
+pub(super) fn on_one_line<'a>(pair: &Pair<'a>) -> Option<&'a Interaction> {
+    let moved = |kind: Kind| {
+        let of = move |k: &usize| pair.runs[*k].kind == kind && pair.excursion(*k).0 > LINES.1;
+        (0..pair.runs.len()).filter(of)
+    };
+    let child = |k: &usize| pair.runs[*k].target.as_deref() == Some(&pair.child);
+    let free = |k: &usize| {
+        let tool = pair.runs[*k].tool.as_ref();
+        tool.is_some_and(|t| !t.grip && !t.pin)
+    };
+    let led = moved(Kind::Pull).filter(child).count();
+    let shoved = moved(Kind::Push).filter(child).find(free);
+    let lifted = moved(Kind::Lift).next().is_some();
+    (led >= LINES.0 && !lifted)
+        .then_some(shoved)
+        .flatten()
+        .map(|k| pair.runs[k])
+}
+
+/// Seconds over which forces are averaged, share of the fastest block's way from which on it moves in one, and fewest such blocks.
+const BLOCK: f64 = 0.25;
+const MOVES: f64 = 0.3;
+const BLOCKS: usize = 6;
+/// Fewest pulls, and of these fewest in which something bears what pulls sideways.
+const PULLS: [usize; 2] = [3, 2];
+/// What pulls sideways, over what friction along the line does, and over its own noise, from which on something bears it.
+const BORNE: [f64; 2] = [0.1, 4.0];
+
+/// The pull that shows a rail: a hand drew the child along one line, and to the side of it as well, now more and now less, and it did
+/// not give. Dry friction is against the motion alone: what is free follows whatever else acts on it (Goyal, Ruina, Papadopoulos 1991).
+pub(super) fn held_sideways<'a>(pair: &Pair<'a>, up: &Vector3<f64>) -> Option<&'a Interaction> {
+    let lifted = (0..pair.runs.len()).any(|k| pair.runs[k].kind == Kind::Lift && pair.moved(k));
+    let led = |k: &usize| {
+        let run = pair.runs[*k];
+        let own = run.kind == Kind::Pull && run.target.as_deref() == Some(&pair.child);
+        own && run.tool.as_ref().is_some_and(|t| t.grip) && pair.excursion(*k).0 > LINES.1
+    };
+    let pulls: Vec<usize> = (0..pair.runs.len()).filter(led).collect();
+    let borne = |k: &&usize| {
+        let [sideways, along, noise] = drawn(pair.runs[**k], &pair.child, up)?;
+        Some(sideways > BORNE[0] * along && sideways > BORNE[1] * noise)
+    };
+    let shown: Vec<&usize> = pulls.iter().filter(|k| borne(k) == Some(true)).collect();
+    (!lifted && pulls.len() >= PULLS[0] && shown.len() >= PULLS[1]).then(|| pair.runs[*shown[0]])
+}
+
+/// Root mean square of what pulls sideways of the line beside a constant and a share of what pulls along it, the median of what does
+/// that, and the noise of such a mean, N; over blocks in which it moves.
+fn drawn(run: &Interaction, child: &str, up: &Vector3<f64>) -> Option<[f64; 3]> {
+    let (track, force) = (run.tracks.get(child)?, run.force.as_ref()?);
+    let seen = || (0..track.len()).filter(|i| track.position[*i].x.is_finite());
+    let first = track.position[seen().next()?];
+    let ways = seen().map(|i| track.position[i] - first);
+    let line = ways.max_by(|a, b| a.norm().total_cmp(&b.norm()))?.try_normalize(1e-9)?;
+    let sideways = up.cross(&line).try_normalize(1e-9)?;
+    let times: Vec<f64> = seen().map(|i| track.time[i]).collect();
+    let places: Vec<f64> = seen().map(|i| (track.position[i] - first).dot(&line)).collect();
+    let start = *force.time.first()?;
+    let count = ((force.time.last()? - start) / BLOCK) as usize;
+    let block = |k: usize| {
+        let [from, to] = [k, k + 1].map(|k| start + k as f64 * BLOCK);
+        let rows = force.time.partition_point(|t| *t < from)..force.time.partition_point(|t| *t < to);
+        let own: Vec<&Vector3<f64>> = force.force[rows].iter().filter(|f| f.x.is_finite()).collect();
+        let n = own.len() as f64;
+        let mean = |axis: &Vector3<f64>| own.iter().map(|f| f.dot(axis)).sum::<f64>() / n;
+        let (across, along) = (mean(&sideways), mean(&line));
+        let spread = own.iter().map(|f| (f.dot(&sideways) - across).powi(2)).sum::<f64>();
+        let way = interpolate(&times, &places, to)? - interpolate(&times, &places, from)?;
+        (own.len() > 2).then(|| [way.abs(), across, along, spread.sqrt() / n])
+    };
+    let all: Vec<[f64; 4]> = (0..count).filter_map(block).collect();
+    let farthest = all.iter().map(|b| b[0]).fold(0.0, f64::max);
+    let moving: Vec<&[f64; 4]> = all.iter().filter(|b| b[0] > MOVES * farthest).collect();
+    if moving.len() < BLOCKS {
+        return None;
+    }
+    let a = DMatrix::from_fn(moving.len(), 2, |i, k| if k == 0 { 1.0 } else { moving[i][2] });
+    let b = DVector::from_iterator(moving.len(), moving.iter().map(|m| m[1]));
+    let fit = weighted_linear(&a, &b, &DVector::from_element(moving.len(), 1.0))?;
+    let along = median(&moving.iter().map(|m| m[2].abs()).collect::<Vec<f64>>())?;
+    let noise = median(&moving.iter().map(|m| m[3]).collect::<Vec<f64>>())?;
+    Some([fit.residuals.norm() / (moving.len() as f64).sqrt(), along, noise])
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, UnitQuaternion};
+
+    use super::super::tests::interaction;
+    use super::*;
+    use crate::capture::{PoseStream, WrenchStream};
+
+    /// A pull of 0.2 m to and fro in 8 s against 2 N, which is drawn to its side by up to `aside` N.
+    fn pull(aside: f64) -> Interaction {
+        let time: Vec<f64> = (0..800).map(|i| 0.01 * f64::from(i)).collect();
+        let way = |t: f64| 0.1 * (1.0 - (std::f64::consts::TAU * t / 8.0).cos());
+        let force = |t: &f64| {
+            let wobble = 0.02 * (t * 301.0).sin();
+            let along = 2.0 * (4.0 - t).signum();
+            Vector3::new(along + wobble, 0.3 * along + aside * (0.9 * t).sin() - wobble, 0.0)
+        };
+        let track = PoseStream {
+            position: time.iter().map(|t| Point3::new(way(*t), 0.0, 0.1)).collect(),
+            rotation: vec![Some(UnitQuaternion::identity()); time.len()],
+            time: time.clone(),
+        };
+        let mut run = interaction("pull-00", "drawer", Vector3::x(), vec![("drawer", track)]);
+        run.force = Some(WrenchStream {
+            force: time.iter().map(force).collect(),
+            time,
+            torque: None,
+        });
+        run
+    }
+
+    #[test]
+    fn what_a_rail_bears_is_told_from_friction_that_is_askew() {
+        let of = |aside: f64| drawn(&pull(aside), "drawer", &Vector3::z()).expect("it moves");
+        let borne = |[sideways, along, noise]: [f64; 3]| sideways > BORNE[0] * along && sideways > BORNE[1] * noise;
+        // A share of the force along the line is a sensor's, or friction's that is not even.
+        assert!(!borne(of(0.0)) && borne(of(0.6)), "{:?} {:?}", of(0.0), of(0.6));
+    }
+}

@@ -47,10 +47,18 @@ fn smoothed_excess(force: &[Vector3<f64>], tare: &Vector3<f64>, width: usize) ->
         .collect()
 }
 
+/// Two neighbouring readings that come to this many thresholds together are a blow, however soon it is over.
+const BLOW: f64 = 8.0;
+
 /// The first and last row of contact by threshold with backtracking to where the force left its noise.
 fn contact_rows(excess: &[f64], threshold: f64, low: f64, run: usize) -> Option<(usize, usize)> {
-    let sustained = |i: usize| i + run <= excess.len() && excess[i..i + run].iter().all(|e| *e > threshold);
-    let over = (0..excess.len()).find(|&i| sustained(i))?;
+    let over_all = |rows: &[f64]| rows.iter().all(|e| *e > threshold);
+    let sustained = |i: usize| i + run <= excess.len() && over_all(&excess[i..i + run]);
+    let blow = |i: usize| {
+        let pair = excess.get(i..i + 2);
+        pair.is_some_and(|p| over_all(p) && p[0] + p[1] > BLOW * threshold)
+    };
+    let over = (0..excess.len()).find(|&i| sustained(i) || blow(i))?;
     let first = (0..over).rev().find(|&i| excess[i] < low).map_or(0, |i| i + 1);
     let last = (over..excess.len()).rev().find(|&i| excess[i] > threshold)?;
     Some((first, last))
@@ -164,6 +172,19 @@ mod tests {
         let contact = find_contact(&step(0.6, 1.4), &Config::default()).expect("long enough");
         assert!((contact.onset.expect("touched") - 0.6).abs() < 0.012);
         assert!((contact.release.expect("let go") - 1.4).abs() < 0.012);
+        assert!((contact.tare.expect("rest").x - 0.1).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_blow_of_two_readings_is_contact() {
+        let mut stream = step(1.2, 1.6);
+        for k in [300, 301] {
+            stream.force[k] = Vector3::new(12.0, 0.0, 0.0);
+        }
+        // As coarse as the blow is short.
+        stream.time.iter_mut().for_each(|t| *t *= 5.0);
+        let contact = find_contact(&stream, &Config::default()).expect("long enough");
+        assert!((contact.onset.expect("touched") - 3.0).abs() < 0.02, "{contact:?}");
         assert!((contact.tare.expect("rest").x - 0.1).abs() < 0.01);
     }
 

@@ -79,7 +79,12 @@ pub fn patches(depths: &InverseDepths, lens: Lens, variance: f32, x: usize, y: u
 /// The readings at the four pixels of a square.
 #[inline]
 fn four(depths: &InverseDepths, x: usize, y: usize) -> f32x4 {
-    let upper = depths.at(x, y);
+    four_from(depths, depths.at(x, y))
+}
+
+/// The same, of the square whose first value stands at `upper`.
+#[inline]
+fn four_from(depths: &InverseDepths, upper: usize) -> f32x4 {
     let (upper, lower) = (&depths.values[upper..], &depths.values[upper + depths.stride..]);
     f32x4::new([upper[0], upper[1], lower[0], lower[1]])
 }
@@ -126,11 +131,13 @@ fn gather_four(depths: &InverseDepths, centre: f32x4, step: f32x4, (x, y): (usiz
         qq: zero,
     };
     let mut next = zero;
+    // A border is kept around the readings, so that the window never leaves them.
+    let corner = depths.at(x, y) - REACH * (depths.stride + 1);
     for (column, dx) in OFFSETS.into_iter().enumerate().take(2 * REACH + 1) {
         let (mut n, mut ny, mut nyy) = (zero, zero, zero);
         let (mut q, mut yq, mut qq, mut beside) = (zero, zero, zero, zero);
         for (row, dy) in OFFSETS.into_iter().enumerate().take(2 * REACH + 1) {
-            let values = four(depths, x + column - REACH, y + row - REACH);
+            let values = four_from(depths, corner + column + row * depths.stride);
             let far = dx.abs().max(dy.abs()).max(1.0);
             let off = values - centre;
             let near = off.abs().simd_lt(step * far) & values.simd_gt(zero);

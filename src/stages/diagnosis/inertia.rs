@@ -32,6 +32,8 @@ const ALIKE: f64 = 0.3;
 const PACE: f64 = 0.1;
 /// Pushes that must tell.
 const FEWEST: usize = 2;
+/// Pushes that must tell a delay, with those that were not fitted.
+const JUDGED: usize = 3;
 /// A push tells where its own doubt is below this.
 const WORTH: f64 = 0.3;
 
@@ -215,6 +217,9 @@ fn delay_of(all: &[Inertial], read: impl Fn(&Inertial) -> (f64, f64)) -> Option<
         return None;
     }
     let held: Vec<&&Inertial> = told.iter().filter(|i| i.held_out).collect();
+    if told.len() < JUDGED {
+        return None;
+    }
     let rms = |at: f64| {
         let squares = held.iter().map(|i| (read(i).0 - at).powi(2)).sum::<f64>();
         PACE * (squares / held.len().max(1) as f64).sqrt()

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::told::{Told, gain};
 use crate::base::Estimate;
-use crate::capture::Capture;
+use crate::capture::{Capture, Kind};
 use crate::geometry::mass_properties;
 use crate::stages::estimation::support_normal;
 use crate::twin::{CauseOdds, Finding, Link, Model};
@@ -75,9 +75,12 @@ impl<'a> Yaw<'a> {
     }
 }
 
-/// Whether touches told it.
-fn touched(inertia: &Estimate<[f64; 6]>) -> bool {
-    inertia.is_measured() && [SPUN, TWISTED].iter().any(|m| inertia.method.starts_with(m))
+/// Whether touches told it: a lift in which it was twisted, or more than one fast push.
+fn touched(inertia: &Estimate<[f64; 6]>, capture: &Capture) -> bool {
+    let shoved = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
+    let pushes = shoved.filter(|i| inertia.from.contains(&i.name)).count();
+    let spun = inertia.method.starts_with(SPUN) && pushes > 1;
+    inertia.is_measured() && (spun || inertia.method.starts_with(TWISTED))
 }
 
 /// Bodies that resist being spun about the support's normal more, or less, than their shape at uniform density does.
@@ -87,7 +90,7 @@ pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
         let yaw = Yaw::of(link, model, &up)?;
         let Yaw { of, off, sd } = yaw;
         let clear = off.abs() >= (CLEAR * sd).max(TURNS);
-        if !(clear && touched(of)) {
+        if !(clear && touched(of, capture)) {
             return None;
         }
         let told = Told {
@@ -114,7 +117,7 @@ pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
 pub fn spun(capture: &Capture, model: &Model, name: &str) -> bool {
     let up = support_normal(capture, model).into_inner();
     let yaw = model.twin.link(name).and_then(|link| Yaw::of(link, model, &up));
-    yaw.is_some_and(|y| touched(y.of) && y.sd < WELL)
+    yaw.is_some_and(|y| touched(y.of, capture) && y.sd < WELL)
 }
 
 /// Whether a lift in which it was twisted told the yaw inertia of a thing.

@@ -222,6 +222,17 @@ impl Sought<'_> {
     }
 }
 
+/// Logarithms of torsional radius and radius of gyration over those of the shape beyond which no density makes them: something
+/// else turned what such a push turned.
+const BEYOND: f64 = 0.9;
+
+impl Spun {
+    /// Whether matter can make what it says.
+    fn credible(&self) -> bool {
+        self.mean[2].abs() < BEYOND && self.mean[3].abs() < BEYOND
+    }
+}
+
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 /// Writes the inertia of a link whose mass and centre are written, and its centre where pushes that turned it know that better.
@@ -231,6 +242,8 @@ pub(super) fn write_inertia(
     (spins, twists): (&[Spun], &[Twist]),
     shape: &Shape,
 ) -> Option<()> {
+    let spins: Vec<Spun> = spins.iter().filter(|s| s.credible()).cloned().collect();
+    let spins = spins.as_slice();
     let (mass, com, solid) = (link.mass.clone()?, link.com.clone()?, before.solid.as_ref()?);
     let mut normals = twists.iter().map(|t| t.normal).chain(spins.iter().map(|s| s.normal));
     let normal = normals.next().unwrap_or(Vector3::z());

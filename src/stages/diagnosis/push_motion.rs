@@ -207,6 +207,26 @@ pub fn approach(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Ve
     Some((at(BEFORE[0])? - at(BEFORE[1])?).abs() / (BEFORE[1] - BEFORE[0]))
 }
 
+/// Half the time over which it is asked whether a tool goes on, s.
+const GOES_ON: f64 = 0.02;
+
+/// How fast a tool goes on along its way, m/s, at any time; nothing of one that holds what it moves, which goes to and fro.
+pub fn going_on<'a>(
+    interaction: &'a Interaction,
+    plane: &[Vector3<f64>; 2],
+    along: &Vector2<f64>,
+) -> Option<impl Fn(f64) -> f64 + 'a> {
+    let holds = interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin);
+    let path = interaction.tool_path.as_ref().filter(|_| !holds)?;
+    let way = plane[0] * along.x + plane[1] * along.y;
+    let places: Vec<f64> = path.position.iter().map(|p| p.coords.dot(&way)).collect();
+    let at = move |t: f64| interpolate(&path.time, &places, t);
+    Some(move |t: f64| {
+        let gone = at(t + GOES_ON).zip(at(t - GOES_ON)).map(|(to, from)| to - from);
+        gone.map_or(f64::INFINITY, |g| g / (2.0 * GOES_ON))
+    })
+}
+
 /// Seconds over which the speed of a tool is taken.
 const PACE: f64 = 0.1;
 

@@ -7,7 +7,7 @@ use super::blows::Blow;
 use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_history::History;
-use super::push_motion::{Motion, approach, going, impact, rise, tool_turn};
+use super::push_motion::{Motion, approach, going, going_on, impact, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
 use super::push_windows::windows;
 use super::rubbing::rubbing;
@@ -23,6 +23,8 @@ const STEADY: f64 = 0.7;
 /// A tool may set out slowly, over so much slip, m, and at this share of the usual speed or more.
 const SETS_OUT: f64 = 6e-3;
 const SLOW: f64 = 0.06;
+/// Share of the body's speed with which the tool goes on at least while it moves that.
+const GOES_ON: f64 = 0.2;
 /// Slip after the force rose from which on the model speaks, m: before that the finger's tip gives way.
 const SETTLED: f64 = 1e-4;
 /// What the plain model leaves open of the force in each window, as a share of it.
@@ -259,6 +261,8 @@ fn moments(
     let moves: Vec<f64> = motion.speed.iter().copied().filter(|v| *v > 0.05 * top).collect();
     let usual = median(&moves).unwrap_or(top);
     let slowly = approach(interaction, plane, along, onset).is_some_and(|v| v < STEADY * usual);
+    let goes_on = going_on(interaction, plane, along);
+    let pushes = |t: f64, speed: f64| goes_on.as_ref().is_none_or(|tool| tool(t) > GOES_ON * speed);
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     for (t, f) in time.iter().zip(force) {
@@ -271,7 +275,8 @@ fn moments(
         let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual && slowly;
         // Where the force came up before the plain model has the tool there, it foretells none.
         let foretold = moment.force.norm() > 0.0;
-        let contact = within && foretold && slip > SETTLED && (moment.speed > STEADY * usual || sets_out);
+        let steady = moment.speed > STEADY * usual || sets_out;
+        let contact = within && foretold && slip > SETTLED && steady && pushes(*t, moment.speed);
         let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;

@@ -21,6 +21,10 @@ const WHOLE: f64 = 0.6;
 const LONGER: f64 = 1.5;
 /// Share of the speed of the first push that another one has to come to.
 const AS_FAST: f64 = 0.9;
+/// Share of the speed of the first push from which on others tell how far a blow of it strays, and the part of the farthest of them
+/// that counts as a standard deviation.
+const NEAR: f64 = 0.5;
+const STRAYS: f64 = 0.5;
 /// Other causes of a force that comes up late or falls while it slides.
 const OTHERS: [&str; 6] = [
     "static-ageing",
@@ -103,7 +107,14 @@ fn bond(all: &[&Blow], pace: &dyn Fn(&Blow) -> f64) -> Option<Finding> {
     }
     let per_speed = median(&others.iter().map(|b| b.over / pace(b)).collect::<Vec<_>>())?;
     let left: Vec<f64> = others.iter().map(|b| b.over - per_speed * pace(b)).collect();
-    let scatter = mad_sd(&left)?.hypot(SCATTER * first.level);
+    // What is read of a blow strays the more the faster it is.
+    let near = |b: &&&&Blow| pace(b) > NEAR * pace(first) && AS_FAST * pace(b) < pace(first);
+    let strays = others
+        .iter()
+        .filter(near)
+        .map(|b| (b.over / pace(b) - per_speed) * pace(first));
+    let strays = strays.fold(0.0, |m: f64, s| m.max(s.abs()));
+    let scatter = mad_sd(&left)?.hypot(SCATTER * first.level).max(STRAYS * strays);
     let swing = per_speed * pace(first);
     let beyond = first.over - swing;
     let excess = (first.over.powi(2) - swing.powi(2)).max(0.0).sqrt();

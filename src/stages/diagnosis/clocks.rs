@@ -16,11 +16,15 @@ use crate::twin::Finding;
 const FEWEST: (usize, usize) = (1, 3);
 /// Largest speed over the least from which on a lead and a way are parted.
 const PACES: f64 = 1.5;
-/// Standard deviations, and least size, s, from which on there is a lead.
+/// Standard deviations, and least size, s and in readings of the force, from which on there is a lead.
 const CLEAR: f64 = 6.0;
 const LEAST: f64 = 6e-3;
+const READINGS: f64 = 2.0;
 /// Standard deviations of a way beside it, and the least that counts, m.
 const BESIDE: (f64, f64) = (5.0, 2e-4);
+/// Squares by which a time has to do better than ways that go with the square of speed: a blow throws a light body ahead, and the
+/// tool feels it once it has caught up.
+const FLIES: f64 = 9.0;
 /// A rise that is not a step takes part of its time for a lead, s.
 const FORM: f64 = 1e-3;
 /// Leads that differ by so many standard deviations are two.
@@ -76,6 +80,7 @@ fn rows(begun: &[(String, Vec<Onset>)]) -> Vec<Row> {
         sd: (UP * o.way.1).hypot(FLOOR),
         columns: std::iter::once(o.speed)
             .chain((0..bodies).map(|j| if j == k { 1.0 } else { 0.0 }))
+            .chain([o.speed.powi(2)])
             .collect(),
     };
     let all = begun.iter().enumerate();
@@ -109,6 +114,7 @@ impl Clocks {
         let scale = (whole / beyond as f64).max(1.0);
         let number = |k: usize| (x[k], (covariance[(k, k)] * scale).sqrt());
         let (by_ways, by_lead) = (squares(&fitted, &ways)?.0, squares(&fitted, &[0])?);
+        let by_flight = squares(&fitted, &[begun.len() + 1])?.0;
         let beside = |k: usize| {
             let (way, sd) = number(k);
             (way / UP, sd / UP)
@@ -126,14 +132,17 @@ impl Clocks {
         } else {
             (slope, sd)
         };
+        let steps = begun.iter().flat_map(|(_, own)| own).map(|o| o.step);
+        let least = steps.fold(LEAST, |least, step| least.max(READINGS * step));
+        let flies = lead.0 > 0.0 && by_flight - by_lead.0 < FLIES * scale;
         let judged = if held.is_empty() { &fitted } else { &held };
         let rms = |by: f64| {
             let each = judged.iter().map(|r| (r.way - by * r.columns[0]).powi(2));
             (each.sum::<f64>() / judged.len() as f64).sqrt()
         };
         Some(Self {
-            clear: slope.abs() > CLEAR * sd && lead.0.abs() > LEAST && beyond >= FEWEST.1,
-            would: lead.0 > CLEAR * lead.1 && lead.0 > LEAST,
+            clear: slope.abs() > CLEAR * sd && lead.0.abs() > least && beyond >= FEWEST.1 && !flies,
+            would: lead.0 > CLEAR * lead.1 && lead.0 > least && !flies,
             lead: Some((lead.0, lead.1.hypot(FORM))),
             ways,
             for_ways: (by_lead.0 - by_ways) / scale,
@@ -239,6 +248,17 @@ mod tests {
         );
         let plain = Clocks::of(&begun(&SPEEDS, 0.0, 0.0));
         assert!(plain.finding().is_none(), "{plain:?}");
+    }
+
+    #[test]
+    fn what_is_thrown_ahead_is_no_clock() {
+        let mut thrown = begun(&SPEEDS, 0.0, 0.0);
+        thrown[0]
+            .1
+            .iter_mut()
+            .for_each(|o| o.way.0 += 0.4 * o.speed.powi(2) / UP);
+        let clocks = Clocks::of(&thrown);
+        assert!(clocks.finding().is_none(), "{clocks:?}");
     }
 
     #[test]

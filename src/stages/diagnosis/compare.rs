@@ -45,6 +45,14 @@ fn compares(trace: &Trace) -> bool {
     trace.curves.iter().any(|c| pairs(c).next().is_some())
 }
 
+/// Means over blocks of time of which one curve has to have so many to judge a model by itself.
+const JUDGES: usize = 3;
+
+/// Whether it has a curve of which enough can be compared.
+fn judges(trace: &Trace) -> bool {
+    trace.curves.iter().any(|c| pairs(c).nth(JUDGES - 1).is_some())
+}
+
 /// Sum of the squares of a curve's doubts where it can be compared.
 fn squared_doubt(curve: &Curve, doubt: Option<&Vec<f64>>) -> f64 {
     let rows = curve
@@ -175,7 +183,7 @@ const DOUBT: f64 = 2.0;
 /// something is left, and this version gives it no name. Nothing to compare is also `unknown`.
 pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
     let means: Vec<Trace> = traces.iter().map(smoothed).collect();
-    let any_held_out = means.iter().any(|t| t.held_out && compares(t));
+    let any_held_out = means.iter().any(|t| t.held_out && judges(t));
     let judged = means.iter().filter(|t| t.held_out || !any_held_out);
     let sums = gather(judged);
     let reading = |quantity: Quantity| {

@@ -35,8 +35,7 @@ pub(super) fn in_doubt(model: &Model, target: &str) -> Vec<Model> {
     };
     let shared = [Known::Tool, Known::Bound, Known::Radius, Known::Creep];
     let shared = &shared[..if body.joints.is_empty() { 2 } else { shared.len() }];
-    let links = if body.joints.is_empty() { 0 } else { body.links.len() };
-    let forces = (0..links).map(Known::Force);
+    let forces = (0..body.links.len()).map(Known::Force);
     let of_joint = |k| {
         [
             Known::Friction(k),

@@ -188,6 +188,11 @@ pub trait Family: Sync {
         false
     }
 
+    /// The same of a law whose values are known to these standard deviations: whether they may well be that little.
+    fn may_be_negligible(&self, law: usize, values: &[f64], _sds: &[f64]) -> bool {
+        self.negligible(law, values)
+    }
+
     /// Where the base may have to start beside a law without an amplitude, which does not tell it to make room.
     fn afresh(&self, _law: usize) -> Vec<f64> {
         self.base().iter().map(|p| p.centre).collect()

@@ -38,6 +38,7 @@ mod motion_history;
 mod motion_laws;
 mod motion_places;
 mod motion_reads;
+mod motion_sensor;
 mod motion_stops;
 mod motion_touches;
 mod motions;

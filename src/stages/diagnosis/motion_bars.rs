@@ -2,8 +2,8 @@
 //! others that do as well, and what is too usual to be a finding.
 
 use super::motion_laws::form;
+use super::motion_sensor::Free;
 use super::naming::NAMED;
-use crate::capture::{Capture, Segmented};
 
 /// Log evidence over the plain model, nats, from which on a play is named, and one that frees the joint of nearly all friction.
 const PLAY: [f64; 2] = [25.0, 15.0];
@@ -26,13 +26,12 @@ pub(super) fn named_from(form: usize, values: &[f64]) -> f64 {
 const SELDOM: f64 = 0.05;
 const BESIDE_A_WEIGHT: f64 = 0.3;
 const READ_NOWHERE: f64 = 0.02;
-/// Share of the friction up to which what a free finger reads is none.
-const NOTHING: f64 = 0.05;
-
-/// How common a law of this form is beside others that do as well: a joint is `weighed` where its own weight can load it, and a
-/// finger that touched nothing `reads_nothing`.
-pub(super) fn commonness(form: usize, weighed: bool, reads_nothing: bool) -> f64 {
+/// How common a law of this form is beside others that do as well: a joint is `weighed` where its own weight can load it; a
+/// finger that touched nothing may have read a force, or none.
+pub(super) fn commonness(form: usize, weighed: bool, free: &Free) -> f64 {
+    let reads_nothing = free.reads_nothing();
     match form {
+        form::GRAVITY | form::SLOPE if !weighed && free.bias().is_some() => READ_NOWHERE,
         form::GRAVITY | form::SLOPE if !weighed => SELDOM,
         form::BIAS if reads_nothing => READ_NOWHERE,
         form::BIAS if weighed => BESIDE_A_WEIGHT,
@@ -40,25 +39,15 @@ pub(super) fn commonness(form: usize, weighed: bool, reads_nothing: bool) -> f64
     }
 }
 
-/// Whether fingers that held nothing read no force beside friction of this size, N, before they touched; false where none did so.
-pub(super) fn reads_nothing(capture: &Capture, segmented: &[Segmented], friction: f64) -> bool {
-    let free = capture
-        .fitted()
-        .filter(|i| i.tool.as_ref().is_some_and(|t| !t.grip && !t.pin));
-    let tares: Vec<f64> = free
-        .filter_map(|i| segmented.iter().find(|s| s.interaction == i.name)?.force_tare)
-        .map(|tare| tare.norm())
-        .collect();
-    !tares.is_empty() && tares.iter().all(|t| *t < NOTHING * friction)
-}
-
-/// Whether a law of this form with these values says no more than what is usual.
+/// Whether a law of this form with these values, or its first one a standard deviation less, says no more than what is usual.
 pub(super) fn usual(form: usize, values: &[f64]) -> bool {
     matches!(form, form::STICTION | form::STRIBECK | form::BREAKAWAY) && values[0] < USUAL
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     #[test]
@@ -73,9 +62,11 @@ mod tests {
 
     #[test]
     fn a_weight_loads_what_leans_and_a_bias_is_read_by_a_free_finger() {
-        let of = |form, weighed, nothing| commonness(form, weighed, nothing);
-        assert!(of(form::SLOPE, true, false) > of(form::BIAS, true, false));
-        assert!(of(form::SLOPE, false, false) < of(form::BIAS, false, false));
-        assert!(of(form::BIAS, false, true) < of(form::SLOPE, false, true));
+        let untold = Free::default();
+        let [none, some] = [0.0, 0.5].map(|f| Free::reading(Vector3::x() * f, 1.0));
+        assert!(commonness(form::SLOPE, true, &untold) > commonness(form::BIAS, true, &untold));
+        assert!(commonness(form::SLOPE, false, &untold) < commonness(form::BIAS, false, &untold));
+        assert!(commonness(form::BIAS, false, &none) < commonness(form::SLOPE, false, &none));
+        assert!(commonness(form::GRAVITY, false, &some) < commonness(form::BIAS_ROOM, false, &some));
     }
 }

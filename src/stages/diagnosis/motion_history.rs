@@ -1,4 +1,4 @@
-//! What a joint remembers: where it turned back, and a part that swings after it.
+//! What a joint remembers: that it was moved at all, where it turned back, and a part that swings after it.
 
 use super::family::{Active, Law, Parameter};
 use super::motion_laws::{Maker, Moved, form, logs};
@@ -20,6 +20,9 @@ pub struct Turning {
     /// In this motion it moved, and turned back.
     moved: bool,
     came_back: bool,
+    /// Where it was first seen, and how far it has come from there so far, rad or m.
+    first: Option<f64>,
+    reach: f64,
 }
 
 impl Turning {
@@ -52,6 +55,13 @@ impl Turning {
         self.start
             .filter(|_| !self.came_back)
             .map(|start| (position - start).abs())
+    }
+
+    /// How far it has come so far from where it was first seen, rad or m.
+    pub fn reached(&mut self, position: f64) -> f64 {
+        let first = *self.first.get_or_insert(position);
+        self.reach = self.reach.max((position - first).abs());
+        self.reach
     }
 
     /// Way since it last turned back, rad or m, and whether it was seen to; from where it set out where it was not.
@@ -90,6 +100,14 @@ pub fn freed(m: &Moved, half: f64, anew: bool) -> f64 {
 /// Share of a play over which its end is rounded.
 const EDGE: f64 = 0.08;
 
+/// What a bond that its first motion breaks adds to friction, N·m or N.
+pub fn bonded(m: &Moved, active: &[Active]) -> f64 {
+    let bonds = active.iter().filter(|a| a.law.form == form::BOND);
+    bonds
+        .map(|a| a.values[0] * (-m.reached / a.values[1].exp()).exp())
+        .sum()
+}
+
 /// Load, N·m or N, by which a part of the inertia that hangs on a spring and a damper lags behind, moment by moment:
 /// `J (w² y + 2 z w y')` with `y'' + 2 z w y' + w² y = q''`, in small steps of constant acceleration.
 pub fn loose(moments: &[Moved], active: &[Active]) -> Vec<f64> {
@@ -122,10 +140,10 @@ const FINE: f64 = 4e-3;
 
 /// What depends on where the joint turned back, or swings after it.
 pub fn history_laws(make: &Maker, s: &Scale) -> Vec<Law> {
-    let (unit, usual, per) = if s.turns {
-        ("rad", 0.02, "kg·m²")
+    let (unit, usual, per, effort) = if s.turns {
+        ("rad", 0.02, "kg·m²", "N·m")
     } else {
-        ("m", 2e-3, "kg")
+        ("m", 2e-3, "kg", "N")
     };
     let span = (s.range[1] - s.range[0]).max(1e-6);
     let plays: Vec<f64> = [0.006, 0.015, 0.03, 0.06].iter().map(|x| x * span).collect();
@@ -148,7 +166,18 @@ pub fn history_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             "whenever it turns back the joint moves freely for a while before friction is felt again",
         )
     };
+    let bond = make.law(
+        "breakaway-bond",
+        form::BOND,
+        (
+            vec![Parameter::positive("Fg", effort, 2.0 * s.load)],
+            vec![Parameter::scale("d", unit, 0.01 * span, 0.6)],
+        ),
+        logs(&[0.004 * span, 0.015 * span]),
+        "something holds the joint that its first motion breaks",
+    );
     vec![
+        bond,
         play(form::BACKLASH),
         play(form::BACKLASH_ANEW),
         make.law(
@@ -184,6 +213,16 @@ mod tests {
         (0..places.len())
             .map(|i| turning.back(places[i], speed(i), false).0)
             .collect()
+    }
+
+    #[test]
+    fn what_breaks_holds_until_it_has_moved() {
+        let mut turning = Turning::new(0.01);
+        let reached: Vec<f64> = [0.2, 0.2, 0.3, 0.25, 0.2].iter().map(|q| turning.reached(*q)).collect();
+        assert!(
+            reached[1] == 0.0 && reached[4] == reached[2] && reached[2] > 0.09,
+            "{reached:?}"
+        );
     }
 
     #[test]

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::family::{Active, Law, Parameter};
 use super::motion_history::{freed, history_laws};
 use super::motion_places::local_laws;
+use super::motion_sensor::{read, sensor_laws};
 use super::motion_stops::Stop;
 use super::motions::Scale;
 
@@ -32,6 +33,8 @@ pub(super) mod form {
     pub const SATURATION_ROOM: usize = 20;
     pub const SOFT_CLOSE_ONE_WAY: usize = 21;
     pub const SLOPE: usize = 22;
+    pub const BIAS_ROOM: usize = 23;
+    pub const BOND: usize = 24;
 }
 
 /// One moment of a joint at work.
@@ -58,6 +61,8 @@ pub struct Moved {
     pub turned_back: bool,
     /// Way since this motion began, before it first turns back in it, rad or m.
     pub began: Option<f64>,
+    /// How far it has come so far from where it was first seen, rad or m.
+    pub reached: f64,
     /// Too slow for the direction of friction to be sure.
     pub still: bool,
     /// It sets out or stops so soon that its smoothed speed does not tell whether it moves yet.
@@ -157,25 +162,6 @@ pub fn held(m: &Moved, active: &[Active]) -> f64 {
     (1.0 + active.iter().map(one).sum::<f64>()).max(0.0)
 }
 
-/// The load as a sensor with its faults, at an arm that may be wrong, reads it.
-pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
-    active.iter().fold(load, |load, a| {
-        let x = a.values;
-        match a.law.form {
-            form::LEVER => load * (1.0 + x[0] * m.position.cos() + x[1] * m.position.sin()),
-            form::BIAS => load + x[0] * m.lever,
-            form::DRIFT => load + x[0] * m.time * m.lever,
-            form::SATURATION => load.clamp(-x[0].exp() * m.lever, x[0].exp() * m.lever),
-            // What turns takes the force through the sensor's axes: each of them ends for itself.
-            form::SATURATION_ROOM => {
-                let felt = m.way * (load / m.lever.max(1e-9));
-                m.lever * m.way.dot(&felt.map(|f| f.clamp(-x[0].exp(), x[0].exp())))
-            }
-            _ => load,
-        }
-    })
-}
-
 pub(super) struct Maker<'a> {
     joint: &'a str,
 }
@@ -191,7 +177,7 @@ impl Maker<'_> {
     ) -> Law {
         let place = if matches!(
             form,
-            form::BIAS | form::DRIFT | form::SATURATION | form::SATURATION_ROOM
+            form::BIAS | form::BIAS_ROOM | form::DRIFT | form::SATURATION | form::SATURATION_ROOM
         ) {
             "sensor".into()
         } else {
@@ -208,7 +194,7 @@ impl Maker<'_> {
         }
     }
 
-    fn plain(&self, cause: &'static str, form: usize, amplitude: Parameter, words: &'static str) -> Law {
+    pub(super) fn plain(&self, cause: &'static str, form: usize, amplitude: Parameter, words: &'static str) -> Law {
         self.law(cause, form, (vec![amplitude], Vec::new()), vec![Vec::new()], words)
     }
 }
@@ -339,59 +325,4 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         ));
     }
     laws
-}
-
-/// Least end of the range over the largest component of the force along the freedom.
-const ENDS: f64 = 0.6;
-
-fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
-    let (largest, component) = (s.force.max(1e-3), s.component.max(1e-3));
-    let force = |name, unit, sd| Parameter::amplitude(name, unit, sd);
-    vec![
-        make.plain(
-            "force-bias",
-            form::BIAS,
-            force("b", "N", 0.3),
-            "a constant force is read that is not there",
-        ),
-        make.plain(
-            "force-drift",
-            form::DRIFT,
-            force("d", "N/s", 0.002),
-            "what is read drifts with time",
-        ),
-        make.law(
-            "force-saturation",
-            form::SATURATION,
-            (
-                Vec::new(),
-                // Nothing larger than the limit can have been read.
-                vec![Parameter {
-                    low: (0.97 * largest).ln(),
-                    ..Parameter::scale("Fs", "N", largest, 0.3)
-                }],
-            ),
-            vec![vec![(0.98 * largest).ln()]],
-            "the sensor cuts off large forces",
-        ),
-        make.law(
-            "force-saturation",
-            form::SATURATION_ROOM,
-            (
-                Vec::new(),
-                vec![Parameter {
-                    low: (ENDS * component).ln(),
-                    ..Parameter::scale("Fs", "N", component, 0.3)
-                }],
-            ),
-            vec![vec![(0.95 * component).ln()]],
-            "the sensor cuts off large forces along its axes",
-        ),
-        make.plain(
-            "wear-or-heating",
-            form::WEAR,
-            Parameter::amplitude("kappa", "1/s", 2e-3),
-            "dry friction changes steadily over the capture",
-        ),
-    ]
 }

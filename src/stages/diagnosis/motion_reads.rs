@@ -1,8 +1,12 @@
 //! The motions of a joint, read block by block.
 
+use super::Curve;
 use super::family::Scatter;
+use super::fit::Fit;
+use super::held_out::left;
+use super::marginal::weights;
 use super::motion_laws::Moved;
-use super::motions::Motions;
+use super::motions::{EVEN, Motions};
 use crate::capture::{Capture, Interaction, Segmented, position_noise};
 use crate::math::{median, quantile};
 use crate::stages::estimation::{JointLoad, joint_loads};
@@ -18,6 +22,8 @@ const SHARE: f64 = 0.1;
 pub(super) const CUTS: f64 = 1.1;
 /// A parent that moves by more than this does not stand, m.
 const STANDS: f64 = 3e-3;
+/// Weight of a sample below which nothing is foretold.
+const SURE: f64 = 0.1;
 /// Seconds over which the pose is averaged that a joint's position is counted from.
 const REST: f64 = 0.25;
 
@@ -109,6 +115,36 @@ pub(super) fn scatter_of(lever: f64) -> Vec<Scatter> {
 }
 
 impl Motions {
+    /// The load that `fit` foretells beside the measured one, by interaction; where the joint stands or sets out it
+    /// foretells nothing.
+    pub fn curves(&self, fit: &Fit) -> Vec<(&str, Curve)> {
+        let one = |g: usize| {
+            let group = &self.sheet.groups[g];
+            let channel = &group.channels[0];
+            // What is left open of all loads alike is no reason to foretell none.
+            let fine = |m: &Moved| (EVEN * m.load / self.sheet.kinds[0].sigma).hypot(1.0);
+            let sure = weights(self, g).into_iter().zip(&self.moments[g]);
+            let rows = sure.zip(left(self, fit, g, true)).zip(&channel.measured);
+            let foretold = rows.map(|(((w, m), e), x)| {
+                if w * fine(m) < SURE || m.still || m.unsure {
+                    f64::NAN
+                } else {
+                    x - e
+                }
+            });
+            let curve = Curve {
+                label: format!("{}: load of the tool along it", self.joint),
+                quantity: self.sheet.kinds[0].quantity,
+                time: self.moments[g].iter().map(|m| m.time + self.zero).collect(),
+                measured: channel.measured.clone(),
+                predicted: foretold.collect(),
+                noise: Some(self.sheet.kinds[0].sigma),
+            };
+            (group.name.as_str(), curve)
+        };
+        (0..self.sheet.groups.len()).map(one).collect()
+    }
+
     /// The largest component of the force, N, as it usually is while it moves.
     pub(super) fn usual(&self) -> f64 {
         let moving = self.moments.iter().flatten().filter(|m| !m.still);

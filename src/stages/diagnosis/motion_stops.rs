@@ -170,6 +170,7 @@ mod tests {
             back: 0.0,
             turned_back: false,
             began: None,
+            reached: 0.0,
             still,
             unsure: false,
             stop: Stop::None,

@@ -176,6 +176,8 @@ impl Motions {
                 back,
                 turned_back,
                 began: turning.began(q),
+                // What held it at first is broken.
+                reached: f64::INFINITY,
                 still,
                 unsure: false,
                 stop: Stop::None,

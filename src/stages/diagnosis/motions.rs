@@ -8,20 +8,19 @@
 
 use nalgebra::Vector3;
 
+use super::Quantity;
 use super::asking::Imagined;
 use super::family::{Active, Channel, ChannelKind, Covariate, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
-use super::held_out::left;
 use super::levels::{Level, Number};
-use super::marginal::weights;
 use super::motion_bars;
 use super::motion_blur::{Open, gains, inertia_of};
-use super::motion_history::{Turning, loose};
-use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, read, set_in, sliding};
+use super::motion_history::{Turning, bonded, loose};
+use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
+use super::motion_sensor::{Free, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
-use super::{Curve, Quantity};
 use crate::capture::{Capture, Segmented};
 use crate::math::{median, quantile};
 use crate::stages::estimation::JointLoad;
@@ -31,8 +30,6 @@ use crate::twin::{Joint, JointKind, Model};
 pub(super) const EVEN: f64 = 0.015;
 /// Share of the fast speeds below which the direction of friction is not sure.
 const SLOW: f64 = 0.06;
-/// Weight of a sample below which nothing is foretold.
-const SURE: f64 = 0.1;
 /// Share of the range below which a play is not told from how motions start.
 const RESOLVED: f64 = 0.02;
 /// Step of the sensor over dry friction from which on its rounding is no noise.
@@ -59,6 +56,8 @@ pub struct Scale {
     /// Lowest and highest position, rad or m.
     pub range: [f64; 2],
     pub turns: bool,
+    /// What a finger that touched nothing read.
+    pub free: Free,
 }
 
 /// All motions of one joint.
@@ -78,12 +77,12 @@ pub struct Motions {
     pub(super) turns: bool,
     /// A weight can load it.
     weighed: bool,
-    /// A finger that touched nothing read no force.
-    reads_nothing: bool,
+    /// What a finger that touched nothing read.
+    free: Free,
     /// N·m per N, usually.
     pub(super) lever: f64,
     /// When the first motion began, s, of the capture's clock.
-    zero: f64,
+    pub(super) zero: f64,
     pub(super) turning: Turning,
     /// Where it can be taken hold of; whether its ends are known.
     pub(super) handle: Option<Handle>,
@@ -103,11 +102,9 @@ pub fn of_all_joints(capture: &Capture, segmented: &[Segmented], model: &Model) 
     kinds
         .filter_map(|j| {
             let reads = read_all(capture, segmented, model, j);
-            let motions = Motions::new(&reads, j, &capture.gravity)?;
-            let least = motions.friction / motions.lever;
+            let motions = Motions::new(&reads, j, &capture.gravity, |f| Free::of(capture, segmented, f))?;
             Some(Motions {
                 handle: Handle::of(capture, j, &reads),
-                reads_nothing: motion_bars::reads_nothing(capture, segmented, least),
                 ..motions
             })
         })
@@ -115,7 +112,7 @@ pub fn of_all_joints(capture: &Capture, segmented: &[Segmented], model: &Model) 
 }
 
 impl Motions {
-    fn new(reads: &[Read], joint: &Joint, gravity: &Vector3<f64>) -> Option<Self> {
+    fn new(reads: &[Read], joint: &Joint, gravity: &Vector3<f64>, free: impl Fn(f64) -> Free) -> Option<Self> {
         let loads = || reads.iter().flat_map(|r| r.loads.iter());
         let speeds: Vec<f64> = loads().map(|l| l.speed.abs()).collect();
         let fast = quantile(&speeds, 0.95)?;
@@ -127,21 +124,20 @@ impl Motions {
         }
         let sizes: Vec<f64> = moving.iter().map(|l| l.load.abs()).collect();
         let (friction, largest) = (median(&sizes)?.max(1e-6), quantile(&sizes, 0.95)?.max(1e-6));
-        let places: Vec<f64> = moving.iter().map(|l| l.position).collect();
+        let of = |value: &dyn Fn(&JointLoad) -> f64| moving.iter().map(|l| value(l)).collect::<Vec<f64>>();
+        let (places, lever) = (of(&|l| l.position), median(&of(&|l| l.lever))?);
+        let free = free(friction / lever);
         let felt = |l: &JointLoad| l.load / l.lever;
         let scale = Scale {
             load: largest,
             // A single reading may stray.
             force: quantile(&loads().map(|l| felt(l).abs()).collect::<Vec<_>>(), 0.998)?,
-            component: quantile(
-                &moving.iter().map(|l| (l.way * felt(l)).amax()).collect::<Vec<_>>(),
-                0.95,
-            )?,
+            component: quantile(&of(&|l| (l.way * felt(l)).amax()), 0.95)?,
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
+            free,
         };
-        let lever = median(&moving.iter().map(|l| l.lever).collect::<Vec<f64>>())?;
         let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
         let zero = loads().map(|l| l.time).fold(f64::INFINITY, f64::min);
         let mut out = Self {
@@ -170,7 +166,7 @@ impl Motions {
             span: scale.range[1] - scale.range[0],
             turns,
             weighed: weighed(joint, gravity),
-            reads_nothing: false,
+            free,
             lever,
             zero,
             turning: Turning::new(RESOLVED * (scale.range[1] - scale.range[0])),
@@ -208,36 +204,6 @@ impl Motions {
         &self.joint
     }
 
-    /// The load that `fit` foretells beside the measured one, by interaction; where the joint stands or sets out it
-    /// foretells nothing.
-    pub fn curves(&self, fit: &Fit) -> Vec<(&str, Curve)> {
-        let one = |g: usize| {
-            let group = &self.sheet.groups[g];
-            let channel = &group.channels[0];
-            // What is left open of all loads alike is no reason to foretell none.
-            let fine = |m: &Moved| (EVEN * m.load / self.sheet.kinds[0].sigma).hypot(1.0);
-            let sure = weights(self, g).into_iter().zip(&self.moments[g]);
-            let rows = sure.zip(left(self, fit, g, true)).zip(&channel.measured);
-            let foretold = rows.map(|(((w, m), e), x)| {
-                if w * fine(m) < SURE || m.still || m.unsure {
-                    f64::NAN
-                } else {
-                    x - e
-                }
-            });
-            let curve = Curve {
-                label: format!("{}: load of the tool along it", self.joint),
-                quantity: self.sheet.kinds[0].quantity,
-                time: self.moments[g].iter().map(|m| m.time + self.zero).collect(),
-                measured: channel.measured.clone(),
-                predicted: foretold.collect(),
-                noise: Some(self.sheet.kinds[0].sigma),
-            };
-            (group.name.as_str(), curve)
-        };
-        (0..self.sheet.groups.len()).map(one).collect()
-    }
-
     fn add(&mut self, read: &Read) {
         let l = &read.loads;
         let mut travelled: f64 = 0.0;
@@ -272,6 +238,7 @@ impl Motions {
                 back,
                 turned_back,
                 began: self.turning.began(l[i].position),
+                reached: self.turning.reached(l[i].position),
                 still,
                 unsure: open[i].unsure,
                 stop: Stop::None,
@@ -309,15 +276,14 @@ impl Family for Motions {
             let rubs = if m.still || m.unsure {
                 // What comes to rest does not stick yet.
                 let stops = !m.still && m.speed * m.gain < 0.0;
-                let bound = dry
-                    * if stops {
-                        sliding(&m, active).min(1.0)
-                    } else {
-                        held(&m, active)
-                    };
+                let bound = if stops {
+                    dry * sliding(&m, active).min(1.0)
+                } else {
+                    dry * held(&m, active) + bonded(&m, active)
+                };
                 left.clamp(-bound, bound)
             } else {
-                dry * sliding(&m, active) * set_in(m.speed / base[3].exp())
+                (dry * sliding(&m, active) + bonded(&m, active)) * set_in(m.speed / base[3].exp())
             };
             let load = smooth + m.stop.lets(rubs, left);
             read(&m, load, active) + scatter[1]
@@ -355,7 +321,7 @@ impl Family for Motions {
     }
 
     fn commonness(&self, law: usize) -> f64 {
-        motion_bars::commonness(self.sheet.laws[law].form, self.weighed, self.reads_nothing)
+        motion_bars::commonness(self.sheet.laws[law].form, self.weighed, &self.free)
     }
 
     /// A smaller play is like the start of any motion, where smoothed speeds run ahead; a range that ends where the force usually is, is
@@ -366,6 +332,12 @@ impl Family for Motions {
         plays
             || motion_bars::usual(form, values)
             || form == form::SATURATION_ROOM && values[0].exp() < CUTS * self.usual()
+    }
+
+    fn may_be_negligible(&self, law: usize, values: &[f64], sds: &[f64]) -> bool {
+        let form = self.sheet.laws[law].form;
+        let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
+        self.negligible(law, values) || less.is_some_and(|v| motion_bars::usual(form, &[v]))
     }
 
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {

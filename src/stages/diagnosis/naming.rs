@@ -138,7 +138,11 @@ impl Climb<'_> {
     /// Full fits of what is worth one beside `base`, best first.
     pub(super) fn found(&self, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
         let mut found = fitted(self.family, base, scored);
-        found.retain(|c| !self.family.negligible(c.law, c.own(self.family)));
+        found.retain(|c| {
+            !self
+                .family
+                .may_be_negligible(c.law, c.own(self.family), &c.sds(self.family))
+        });
         found.sort_by(|a, b| self.rank(b.law, b.gain).total_cmp(&self.rank(a.law, a.gain)));
         found
     }

@@ -62,6 +62,8 @@ pub(super) struct Onset {
     pub(super) noise: f64,
     /// When the body begins to slide, s, with its standard deviation.
     pub(super) slips: (f64, f64),
+    /// Time from one reading of the force to the next, s.
+    pub(super) step: f64,
 }
 
 /// What was read at one moment of a rise: s; way of the body, m, as in [`Onset`]; N.
@@ -86,6 +88,7 @@ impl Onset {
             rise: Vec::new(),
             noise: 0.0,
             slips: (0.0, 0.0),
+            step: 0.0,
         }
     }
 
@@ -191,6 +194,9 @@ fn onset(scene: &Scene, interaction: &Interaction, name: &str) -> Option<Onset> 
     let within = (time[sliding[0]], time[*sliding.last()?]);
     let (zero, sd) = body_at_rest(track, &way, (time[first] - 2.0 * BIN, time[risen]), within)?;
     let up = rise.clone().find(|i| force[*i] > UP * level)?;
+    // It came to be so between two readings.
+    let past = (force[up] - UP * level) / (force[up] - force[up.checked_sub(1)?]).max(1e-12);
+    let up = tool[up] - past.clamp(0.0, 1.0) * (tool[up] - tool[up - 1]);
     let (start, stop) = (sliding[0], *sliding.last()?);
     let speed = (tool[stop] - tool[start]) / (time[stop] - time[start]);
     let (moments, forces, scatter) = scene.raw_force(FINE)?;
@@ -207,13 +213,15 @@ fn onset(scene: &Scene, interaction: &Interaction, name: &str) -> Option<Onset> 
         .collect();
     let when = |at: f64| readings.iter().find(|r| r.way > at).map(|r| r.time);
     let slips = (when(0.0)?, (0.5 * (when(sd)? - when(-sd)?)).max(0.5 * FINE));
+    let steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
     Some(Onset {
         slips,
+        step: median(&steps)?,
         rise: readings,
         noise: scatter?,
         interaction: interaction.name.clone(),
         held_out: interaction.held_out,
-        way: ((tool[up] - zero) / UP, sd / UP),
+        way: ((up - zero) / UP, sd / UP),
         speed,
         level,
         rows: rise.map(|i| [tool[i] - zero, force[i]]).collect(),

@@ -38,6 +38,13 @@ impl Candidate {
         stands(self.foretold) || plenty || (self.relieves && self.foretold.0 > -self.foretold.1.max(1.0))
     }
 
+    /// Standard deviations of its own parameters.
+    pub fn sds(&self, family: &dyn Family) -> Vec<f64> {
+        let (all, own) = (self.fit.theta.len(), family.laws()[self.law].parameters.len());
+        let variance = |k| self.fit.covariance[(k, k)];
+        (all - own..all).map(|k| variance(k).max(0.0).sqrt()).collect()
+    }
+
     /// Its own parameters: the last of its fit.
     pub fn own(&self, family: &dyn Family) -> &[f64] {
         &self.fit.theta[self.fit.theta.len() - family.laws()[self.law].parameters.len()..]

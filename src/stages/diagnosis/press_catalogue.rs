@@ -48,7 +48,8 @@ pub fn scatter() -> Vec<Scatter> {
 /// Every law that presses can show.
 pub fn press_laws(presses: &Presses) -> Vec<Law> {
     let mut laws = curve_laws(presses.deepest.max(1e-5));
-    laws.extend(history_laws());
+    laws.extend(history_laws(presses.deepest.max(1e-5)));
+    laws.extend(guide_laws());
     laws.extend(memory_laws(presses.deepest.max(1e-5)));
     laws.extend(sensor_laws(presses));
     laws
@@ -169,7 +170,44 @@ fn memory_laws(deepest: f64) -> Vec<Law> {
     ]
 }
 
-fn history_laws() -> Vec<Law> {
+/// Dry friction of what guides the press.
+fn guide_laws() -> Vec<Law> {
+    vec![
+        plain(
+            "guide-friction",
+            form::GUIDE,
+            Parameter::positive("Fc", "N", 0.4),
+            "a constant friction opposes going in and coming out",
+        ),
+        law(
+            "guide-friction",
+            form::GUIDE_SOFT,
+            vec![Parameter::positive("Fc", "N", 0.4)],
+            // What sets in over larger speeds is a damper.
+            vec![Parameter {
+                high: 2e-3_f64.ln(),
+                ..Parameter::scale("vs", "m/s", 5e-4, 0.8)
+            }],
+            logs(&[5e-4]),
+            "a constant friction opposes going in and coming out",
+        ),
+        // Dry friction holds while the tool stands still; it turns as soon as what gives in the guide is used up.
+        law(
+            "guide-friction",
+            form::GUIDE_HELD,
+            vec![Parameter::positive("Fc", "N", 0.4)],
+            // What turns over a longer way is no dry friction.
+            vec![Parameter {
+                high: 2.5e-4_f64.ln(),
+                ..Parameter::scale("over", "m", 5e-5, 0.8)
+            }],
+            logs(&[5e-5]),
+            "a constant friction opposes going in and coming out",
+        ),
+    ]
+}
+
+fn history_laws(deepest: f64) -> Vec<Law> {
     let looped = |form| {
         law(
             "elastic-hysteresis",
@@ -188,6 +226,14 @@ fn history_laws() -> Vec<Law> {
             "the force depends on how fast the tool goes in",
         ),
         law(
+            "elastic-damping",
+            form::DAMPING_GROWN,
+            vec![Parameter::positive("c_over_k", "s", 0.03)],
+            vec![Parameter::scale("over", "m", 0.1 * deepest, 1.0)],
+            logs(&[0.04 * deepest, 0.3 * deepest]),
+            "the force depends on how fast the tool goes in",
+        ),
+        law(
             "stress-relaxation",
             form::RELAXATION,
             vec![Parameter::positive("s", "1", 0.2)],
@@ -197,25 +243,6 @@ fn history_laws() -> Vec<Law> {
         ),
         looped(form::HYSTERESIS),
         looped(form::STOPS),
-        plain(
-            "guide-friction",
-            form::GUIDE,
-            Parameter::positive("Fc", "N", 0.4),
-            "a constant friction opposes going in and coming out",
-        ),
-        // Dry friction holds while the tool stands still; it turns as soon as what gives in the guide is used up.
-        law(
-            "guide-friction",
-            form::GUIDE_HELD,
-            vec![Parameter::positive("Fc", "N", 0.4)],
-            // What turns over a longer way is no dry friction.
-            vec![Parameter {
-                high: 2.5e-4_f64.ln(),
-                ..Parameter::scale("over", "m", 5e-5, 0.8)
-            }],
-            logs(&[5e-5]),
-            "a constant friction opposes going in and coming out",
-        ),
         plain(
             "stiffness-drift",
             form::DRIFT,

@@ -31,6 +31,8 @@ pub(super) mod form {
     pub const LAG_OF_TWO: usize = 22;
     pub const CUBIC: usize = 23;
     pub const BOND: usize = 24;
+    pub const DAMPING_GROWN: usize = 25;
+    pub const GUIDE_SOFT: usize = 26;
 }
 
 /// Through how many equal poles what is read follows.
@@ -220,6 +222,8 @@ impl Memory {
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
             form::POWER if touching => k * inside * ((inside / s).powf(v[0]) - 1.0),
             form::DAMPING if touching => k * v[0] * m.rate,
+            // As much of it as is touched resists (Hunt and Crossley 1975, where that is not soon all of it).
+            form::DAMPING_GROWN if touching => k * v[0] * m.rate * inside / (inside + v[1].exp()),
             form::RELAXATION => {
                 let decay = (-m.step / v[1].exp()).exp();
                 self.arm = self.arm * decay + v[0] * k * moved * (1.0 + decay) / 2.0;
@@ -241,6 +245,8 @@ impl Memory {
                 if touching { v[0] * sum / STOPS.len() as f64 } else { 0.0 }
             }
             form::GUIDE if touching => v[0] * (m.rate / 1e-4).tanh(),
+            // It lets go of what stands.
+            form::GUIDE_SOFT if touching => v[0] * (m.rate / v[1].exp()).tanh(),
             form::GUIDE_HELD => {
                 self.guide = (self.guide + moved / v[1].exp()).clamp(-1.0, 1.0);
                 if touching { v[0] * self.guide } else { 0.0 }

@@ -38,7 +38,7 @@ const BLOCKS: usize = 6;
 /// Fewest pulls, and of these fewest in which something bears what pulls sideways.
 const PULLS: [usize; 2] = [3, 2];
 /// What pulls sideways, over what friction along the line does, and over its own noise, from which on something bears it.
-const BORNE: [f64; 2] = [0.1, 4.0];
+const BORNE: [f64; 2] = [0.07, 5.0];
 
 /// The pull that shows a rail: a hand drew the child along one line, and to the side of it as well, now more and now less, and it did
 /// not give. Dry friction is against the motion alone: what is free follows whatever else acts on it (Goyal, Ruina, Papadopoulos 1991).

@@ -25,6 +25,8 @@ const AS_FAST: f64 = 0.9;
 /// that counts as a standard deviation.
 const NEAR: f64 = 0.5;
 const STRAYS: f64 = 0.5;
+/// Part of the swing that a bond has to come to beyond it: a blow that is over within a reading or two shows more or less of its peak.
+const BRIEF: f64 = 1.5;
 /// Other causes of a force that comes up late or falls while it slides.
 const OTHERS: [&str; 6] = [
     "static-ageing",
@@ -120,7 +122,7 @@ fn bond(all: &[&Blow], pace: &dyn Fn(&Blow) -> f64) -> Option<Finding> {
     let excess = (first.over.powi(2) - swing.powi(2)).max(0.0).sqrt();
     // None of the others comes near.
     let next = left.iter().copied().fold(0.0, f64::max);
-    if beyond < CLEAR * scatter || beyond < 2.0 * next || excess < LEAST * first.level {
+    if beyond < (CLEAR * scatter).max(BRIEF * swing) || beyond < 2.0 * next || excess < LEAST * first.level {
         return None;
     }
     let told = Told {

@@ -23,6 +23,8 @@ const IDLE: f64 = 0.1;
 /// motion came to gained 35 and 85 nats, laws of a place in 44 clean captures of such joints nothing.
 const BEYOND_DOUBT: (f64, f64) = (20.0, 100.0);
 const TELLS: f64 = 0.3;
+/// Share of the error that a law of one place takes away below which held-out interactions do not show it.
+const UNSEEN: f64 = 0.02;
 /// From this share of what repeats leave open on, a law that every interaction meets has to make its error smaller.
 const REPEATS: f64 = 1.0;
 /// What it adds there beside the noise at rest, in units of that.
@@ -108,10 +110,14 @@ fn judged(
     let mute = taken.gain > undoubted && !moved(family, before, after, taken.law);
     let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE && !mute;
     let idle = idle && (acts_at_a_place(law.cause) || !foretells());
+    // What only interactions show that were fitted has to show it well.
+    let unseen = acts_at_a_place(law.cause) && gain.reduction < UNSEEN;
+    let faint = first && unseen && taken.gain < BEYOND_DOUBT.0;
     let further = !first && taken.gain < LESSER * ladder.taken[0].gain;
     let hollow = further && hollow(family, ladder, &gain, taken.law);
     let ruins = ladder.left.is_some() && gain.reduction < RUINS && above_noise(family, &gain, taken.law);
-    let vetoed = !gain.held_out.is_empty() && (idle || hollow || ruins || (worse || misplaced) && !foretells());
+    let vetoed =
+        !gain.held_out.is_empty() && (idle || faint || hollow || ruins || (worse || misplaced) && !foretells());
     (!vetoed).then_some(gain)
 }
 

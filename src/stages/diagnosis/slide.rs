@@ -70,17 +70,28 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
 const THROWN: f64 = 0.5;
 const RUBS: f64 = 0.3;
 const REACH: f64 = 0.03;
+/// The briefest touch of which a mean force is asked, s.
+const BRIEFEST: f64 = 0.1;
 
 /// How far a body by itself may be thrown ahead of what a slow push would do, m and rad: what meets it fast leaves it with its speed,
-/// which the plain model does not have.
-fn thrown_ahead(scene: &Scene, action: &Action, found: &PushPrediction) -> [(Quantity, f64); 2] {
+/// which the plain model does not have. By as much as it has of that momentum at the end of the touch, or lost of it, the mean force is
+/// off, N.
+fn thrown_ahead(scene: &Scene, action: &Action, found: &PushPrediction) -> [(Quantity, f64); 3] {
     let link = scene.model.twin.link(&action.target);
     let friction = link.map(|l| &l.friction);
     let told = |e: Option<&Estimate>, else_: f64| e.map_or(else_, |e| e.value);
     let rubs = told(friction.and_then(|f| f.kinetic.as_ref()), RUBS).max(0.05);
     let reach = told(friction.and_then(|f| f.torsional_radius.as_ref()), REACH).max(0.005);
-    let far = THROWN * Touches::of(action, found).fastest().powi(2) / (2.0 * rubs * action.gravity);
-    [(Quantity::Position, far), (Quantity::Rotation, far / reach)]
+    let fastest = Touches::of(action, found).fastest();
+    let far = THROWN * fastest.powi(2) / (2.0 * rubs * action.gravity);
+    let mass = link.and_then(|l| l.mass.as_ref()).filter(|m| m.is_told());
+    let lasts = found.contact.iter().map(|(from, to)| to - from).sum::<f64>();
+    let lost = THROWN * mass.map_or(0.0, |m| m.value) * fastest / lasts.max(BRIEFEST);
+    [
+        (Quantity::Position, far),
+        (Quantity::Rotation, far / reach),
+        (Quantity::Force, lost),
+    ]
 }
 
 /// Share of the way by which what rides on a pushed thing may creep back on it: dry friction under a chattering tool lets

@@ -22,7 +22,7 @@ pub(super) fn named_from(form: usize, values: &[f64]) -> f64 {
 }
 
 /// How common a weight is where a joint stands level or upright beside what does as well, a bias of the force where a weight does,
-/// and one where a free finger read none.
+/// and, where a free finger read none, a bias, or where it read one, a weight.
 const SELDOM: f64 = 0.05;
 const BESIDE_A_WEIGHT: f64 = 0.3;
 const READ_NOWHERE: f64 = 0.02;

@@ -108,12 +108,11 @@ impl Linkage {
         }
         stand_on_the_lowest(&mut links, &joints);
         hang(&mut links, &joints, body);
-        // The links turn against each other with less than an ellipsoid through sliding and turning tells.
-        if !joints.is_empty() {
-            links
-                .iter_mut()
-                .for_each(|l| l.pressing = l.foot.as_ref().and_then(Foot::pressing));
-        }
+        // What slides and turns at once does so with less than an ellipsoid through both tells, and not alike along a plate and
+        // across it.
+        links
+            .iter_mut()
+            .for_each(|l| l.pressing = l.foot.as_ref().and_then(Foot::pressing));
         let anchored = body.links.first().is_some_and(|l| l.name == "world");
         let rubs = links.iter().any(|l| l.foot.is_some()) || anchored;
         rubs.then_some(Self {

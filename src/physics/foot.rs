@@ -270,20 +270,41 @@ fn rider_friction(model: &Model, carrier: &Link, rider: &str) -> Option<f64> {
     (ratio.is_finite() && ratio > 0.0).then_some(own * ratio)
 }
 
-/// The links that rest on `link`, and on those in turn.
+/// The links that rest on `link`, and on those in turn: glued or not where no touch could have told, they ride on it.
 pub fn riders(model: &Model, link: &str) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     let mut carriers = vec![link.to_owned()];
     while let Some(carrier) = carriers.pop() {
         for relation in &model.twin.relations {
             let upper = &relation.b;
-            if relation.kind == RelationKind::Resting && relation.a == carrier && !found.contains(upper) {
+            let rides = match relation.kind {
+                RelationKind::Resting => true,
+                RelationKind::Unknown => above(model, &carrier, upper),
+                _ => false,
+            };
+            if rides && relation.a == carrier && !found.contains(upper) {
                 found.push(upper.clone());
                 carriers.push(upper.clone());
             }
         }
     }
     found
+}
+
+/// Whether all of a link is above the middle of another, along gravity, at the start.
+fn above(model: &Model, lower: &str, upper: &str) -> bool {
+    let up = -nalgebra::Vector3::from(model.twin.gravity);
+    let reach = |name: &str| -> Option<[f64; 2]> {
+        let link = model.twin.link(name)?;
+        let mesh = model.meshes.get(link.mesh.as_ref()?)?;
+        let heights = mesh.vertices.iter().map(|v| (link.pose.0 * v).coords.dot(&up));
+        let ends = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], h| [a.min(h), b.max(h)]);
+        ends[0].is_finite().then_some(ends)
+    };
+    match (reach(lower), reach(upper)) {
+        (Some([from, to]), Some([bottom, _])) => bottom > 0.5 * (from + to),
+        _ => false,
+    }
 }
 
 /// The torsional radius of uniform pressure over the underside of a mesh at `pose` (z up), m.

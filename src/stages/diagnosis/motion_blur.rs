@@ -22,12 +22,12 @@ const UNSURE: f64 = 0.2;
 
 /// Accelerations from the neighbours' speeds, drawn to nothing where they do not stand out of the noise: what is only
 /// noise there would draw an inertia that is fitted to it to nothing.
-pub(super) fn gains(loads: &[JointLoad], half: f64, jitter: f64) -> Vec<f64> {
+pub(super) fn gains(loads: &[JointLoad], halves: &[f64], jitter: f64) -> Vec<f64> {
     let one = |i: usize| {
         let (a, b) = (i.saturating_sub(1), (i + 1).min(loads.len() - 1));
         let apart = (loads[b].time - loads[a].time).max(1e-6);
         let gain = (loads[b].speed - loads[a].speed) / apart;
-        let noise = jitter * loads[i].speed_gain * (2.0 * (1.0 - alike(apart / half))).max(0.0).sqrt() / apart;
+        let noise = jitter * loads[i].speed_gain * (2.0 * (1.0 - alike(apart / halves[i]))).max(0.0).sqrt() / apart;
         if noise > 0.0 {
             gain / (1.0 + (TOLD * noise / gain.abs().max(1e-12)).powi(4))
         } else {
@@ -57,7 +57,7 @@ impl Open {
     /// the direction of friction is not sure, friction, and inertia.
     pub fn at(read: &Read, gains: &[f64], i: usize, [slow, friction, inert]: [f64; 3]) -> Self {
         let l = &read.loads;
-        let reach = (read.half / BIN).ceil() as usize;
+        let reach = (read.halves[i] / BIN).ceil() as usize;
         let near = i.saturating_sub(reach)..(i + reach + 1).min(l.len());
         let spread = |of: &dyn Fn(usize) -> f64| {
             let ends = near.clone().map(of);
@@ -93,7 +93,7 @@ const STRETCHES: usize = 12;
 pub(super) fn inertia_of(reads: &[Read], slow: f64) -> f64 {
     let each = reads
         .iter()
-        .flat_map(|r| r.loads.iter().zip(gains(&r.loads, r.half, r.jitter)));
+        .flat_map(|r| r.loads.iter().zip(gains(&r.loads, &r.halves, r.jitter)));
     let moving = each.filter(|(l, gain)| l.speed.abs() > slow && gain.is_finite() && l.load.is_finite());
     let rows: Vec<(&JointLoad, f64)> = moving.collect();
     let places = || rows.iter().map(|(l, _)| l.position);
@@ -139,7 +139,7 @@ mod tests {
         let noise = |i: u32| 0.004 * (f64::from(i * 37 % 11) - 5.0) / 5.0;
         let speeds = (0..40).map(|i| 0.5 * (f64::from(i) / 5.0).min(1.0) + noise(i));
         let loads: Vec<JointLoad> = speeds.enumerate().map(|(i, v)| load(i as u32, v)).collect();
-        let found = gains(&loads, 0.1, 1e-3);
+        let found = gains(&loads, &vec![0.1; loads.len()], 1e-3);
         assert!((found[2] / 2.5 - 1.0).abs() < 0.15, "{}", found[2]);
         assert!(found[8..].iter().all(|g| g.abs() < 0.02), "{:?}", &found[8..]);
         assert!((alike(0.0) - 1.0).abs() < 1e-12 && alike(2.0).abs() < 1e-12);

@@ -179,7 +179,7 @@ impl Motions {
         for read in reads {
             out.add(read);
         }
-        let spans = reads.iter().map(|r| ((r.half / BIN).ceil() as usize, r.jitter));
+        let spans = reads.iter().map(|r| (r.reach(), r.jitter));
         mark_stops(&mut out.moments, spans);
         // A blow on a stop makes all that holds the part swing.
         if out.moments.iter().flatten().any(|m| m.stop == Stop::Hit) {
@@ -210,7 +210,7 @@ impl Motions {
         let mut rests = 0.0;
         let mut moments = Vec::with_capacity(l.len());
         self.turning.begin();
-        let gains = gains(l, read.half, read.jitter);
+        let gains = gains(l, &read.halves, read.jitter);
         let open: Vec<Open> = (0..l.len())
             .map(|i| Open::at(read, &gains, i, [self.slow, self.friction, self.inert]))
             .collect();

@@ -40,6 +40,12 @@ pub fn identify(
     let befores = befores(capture, model, &config.materials)?;
     let shapes = shapes(model, &befores, &ground);
     let facts = gather(capture, segmented, &ground, model, &shapes, config, notices);
+    // Also of what was never touched by itself.
+    for (name, before) in &befores {
+        if let (Some(link), Some(mass)) = (model.twin.link_mut(name), before.given_mass()) {
+            link.mass.get_or_insert(mass);
+        }
+    }
     for (name, found) in &facts {
         write_link(model, name, found, &befores, &ground, config, notices);
     }

@@ -50,6 +50,12 @@ impl Before<'_> {
         }
     }
 
+    /// What the capture says that it weighs.
+    pub fn given_mass(&self) -> Option<Estimate> {
+        let given = self.given?;
+        Some(Estimate::known(given.mass?, given.mass_sd, "kg"))
+    }
+
     /// Assumed kinetic friction and its standard deviation.
     pub fn kinetic(&self, config: &Config) -> (f64, f64) {
         let given = self
@@ -103,8 +109,8 @@ pub(super) fn conclude(
     notices: &mut Notices,
 ) {
     let g = ground.gravity.norm();
-    if let Some(mass) = before.given.and_then(|p| p.mass) {
-        link.mass = Some(Estimate::known(mass, before.given.and_then(|p| p.mass_sd), "kg"));
+    if let Some(mass) = before.given_mass() {
+        link.mass = Some(mass);
     }
     weigh_in(link, facts);
     slide_down(link, facts, config);

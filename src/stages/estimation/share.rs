@@ -240,7 +240,8 @@ fn share_friction(
     let group_sd = (w[0] + w[1]).recip().sqrt();
     let weighed: f64 = masses.iter().filter(|m| m.1 < WEIGHED).map(|m| m.0).sum();
     let parts: BTreeSet<String> = group.iter().cloned().collect();
-    let whole = wholes.iter().find(|w| w.parts == parts);
+    let one_by_one = Whole::of_parts(&links);
+    let whole = wholes.iter().find(|w| w.parts == parts).or(one_by_one.as_ref());
     let group_mass = whole.map_or((log.exp().max(weighed / MOST), group_sd), |w| {
         (w.mass, (w.sd / w.mass).max(1e-4))
     });

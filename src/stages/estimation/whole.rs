@@ -1,4 +1,4 @@
-//! Groups that were lifted as one: what of them is known with their weight.
+//! Groups whose weight is known, lifted as one or part by part: what of them is known with it.
 
 use std::collections::BTreeSet;
 
@@ -6,16 +6,16 @@ use super::lift::Weighing;
 use super::pool::{positive, relative_sd};
 use super::share::WEIGHED;
 use crate::base::Estimate;
-use crate::twin::Twin;
+use crate::twin::{Link, Twin};
 
-/// A group that was weighed as one.
+/// A group that was weighed.
 pub(super) struct Whole {
     /// The links.
     pub(super) parts: BTreeSet<String>,
     /// Their mass, and its standard deviation, kg.
     pub(super) mass: f64,
     pub(super) sd: f64,
-    interaction: String,
+    from: Vec<String>,
 }
 
 impl Whole {
@@ -26,8 +26,22 @@ impl Whole {
             parts,
             mass: weighing.mass,
             sd: weighing.sd,
-            interaction: weighing.interaction.clone(),
+            from: vec![weighing.interaction.clone()],
         }
+    }
+
+    /// Of links each of which was weighed; nothing where one of them was not.
+    pub(super) fn of_parts(links: &[Link]) -> Option<Self> {
+        let masses: Option<Vec<&Estimate>> = links.iter().map(|l| l.mass.as_ref()).collect();
+        let masses = masses.filter(|m| !m.is_empty() && m.iter().all(|m| relative_sd(m) < WEIGHED))?;
+        let variance: f64 = masses.iter().map(|m| (m.value * relative_sd(m)).powi(2)).sum();
+        let from: BTreeSet<String> = masses.iter().flat_map(|m| m.from.iter().cloned()).collect();
+        Some(Self {
+            parts: links.iter().map(|l| l.name.clone()).collect(),
+            mass: masses.iter().map(|m| m.value).sum(),
+            sd: variance.sqrt(),
+            from: from.into_iter().collect(),
+        })
     }
 
     /// The friction of what was pushed, on which all of the weight bears.
@@ -38,9 +52,9 @@ impl Whole {
         if told || log_sd > WEIGHED {
             return;
         }
-        let from = force.from.iter().chain([&self.interaction]).cloned().collect();
+        let from = force.from.iter().chain(&self.from).cloned().collect();
         let value = force.value / (self.mass * gravity);
-        let friction = positive(value, log_sd, "1", from, "push and lift of the group");
+        let friction = positive(value, log_sd, "1", from, "push of the group, which was weighed");
         link.friction.kinetic = Some(friction);
     }
 }
@@ -68,7 +82,7 @@ mod tests {
             parts: BTreeSet::from(["low".to_owned(), "top".to_owned()]),
             mass: 0.8,
             sd: 0.008,
-            interaction: "lift-00".into(),
+            from: vec!["lift-00".into()],
         };
         let force = positive(2.4, 0.02, "N", vec!["push-00".into()], "push");
         whole.tells_friction(&mut twin, "low", &force, 9.81);
@@ -80,5 +94,18 @@ mod tests {
         assert_eq!(found.from, ["push-00", "lift-00"]);
         let log_sd = relative_sd(&found);
         assert!((log_sd - 0.01_f64.hypot(0.02)).abs() < 1e-3, "{log_sd}");
+    }
+
+    #[test]
+    fn parts_that_were_weighed_one_by_one_weigh_as_much_together() {
+        let of = |name: &str, mass: Option<Estimate>| Link {
+            mass,
+            ..Link::new(name, Pose::identity())
+        };
+        let weighed = |mass: f64| Some(positive(mass, 0.01, "kg", vec!["lift".into()], "lift"));
+        let both = [of("low", weighed(0.4)), of("top", weighed(0.3))];
+        let whole = Whole::of_parts(&both).expect("a whole");
+        assert!((whole.mass - 0.7).abs() < 1e-12 && (whole.sd - 0.005).abs() < 1e-5, "{}", whole.sd);
+        assert!(Whole::of_parts(&[of("low", None), of("top", weighed(0.3))]).is_none());
     }
 }

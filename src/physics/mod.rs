@@ -24,6 +24,8 @@ mod simulator;
 mod slide;
 mod stance;
 pub mod tabletop;
+#[cfg(test)]
+mod tests_of_plates;
 mod tilt;
 mod tool_path;
 mod tumble;

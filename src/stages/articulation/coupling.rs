@@ -235,7 +235,30 @@ fn guided(pair: &Pair, k: usize, fit: &Fit, placement: &Placement) -> bool {
         return false;
     };
     let far = positions.iter().map(|q| (q - start).abs()).fold(0.0, f64::max);
-    tool.pin && level.norm() > 0.1 * placement.size && (end - start).abs() < 0.5 * far
+    let back = (end - start).abs() < 0.5 * far;
+    tool.pin && level.norm() > 0.1 * placement.size && (back || thrust(pair, placement) >= THRUSTS)
+}
+
+/// Fewest motions in which a pivot behind the middle drove the child ahead of it, and the least way of each, m.
+const THRUSTS: usize = 2;
+const AHEAD: f64 = 0.02;
+
+/// In how many motions a tool that lets the child swing drove it ahead of itself: what is free folds about such a pivot.
+fn thrust(pair: &Pair, placement: &Placement) -> usize {
+    let tracks: Vec<_> = pair.runs.iter().map(|r| &r.tracks[pair.child.as_str()]).collect();
+    let ahead = |k: &usize| {
+        let (track, run) = (tracks[*k], pair.runs[*k]);
+        let (first, last) = (track.position.first()?, track.position.last()?);
+        let pivot = run.tool_path.as_ref()?.position.first()?;
+        // Its middle as this motion begins.
+        let middle = placement.child_centre + (first - tracks[0].position.first()?);
+        let (way, off) = (last - first, pivot.coords - middle);
+        let off = off - placement.up * placement.up.dot(&off);
+        let pinned = run.tool.as_ref().is_some_and(|t| t.pin) && run.target.as_deref() == Some(&pair.child);
+        (pinned && way.norm() > AHEAD && off.norm() > 0.1 * placement.size)
+            .then_some(off.dot(&way) < -0.9 * off.norm() * way.norm())
+    };
+    (0..pair.runs.len()).filter(|k| ahead(k) == Some(true)).count()
 }
 
 /// A thing that is denser than this would be metal through and through, kg/m³.

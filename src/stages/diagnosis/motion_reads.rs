@@ -24,8 +24,9 @@ const CHANGES: f64 = 0.25;
 const NOISY: f64 = 0.04;
 const BRIEF: f64 = 0.16;
 const SHORTER: f64 = 0.6;
-/// Share of the usual speed from which on a joint that set out goes.
+/// Share of the usual speed from which on a joint that set out goes, and of the way up to which it is closed.
 const STEADY: f64 = 0.8;
+const CLOSED: f64 = 0.1;
 /// How far above the usual force a range ends that cuts off the large ones.
 pub(super) const CUTS: f64 = 1.1;
 /// A parent that moves by more than this does not stand, m.
@@ -86,28 +87,29 @@ fn short_span(interaction: &Interaction, joint: &Joint, loads: &[JointLoad], jit
     Some((1.5 * (jitter / (NOISY * usual)).powi(2) / rate).cbrt().max(HALF[1]))
 }
 
-/// Loads whose speeds come from a short span where they change within a long one, as when the joint sets out: what is at one place
-/// there is over before a long span is; with half the span of each.
-fn brisk(calm: Vec<JointLoad>, half: f64, brief: &[JointLoad], short: f64) -> (Vec<JointLoad>, Vec<f64>) {
-    let speeds: Vec<f64> = calm.iter().map(|l| l.speed.abs()).collect();
-    let reach = (half / BIN).ceil() as usize;
-    // Ends, turns and blows are no matter of where the joint sets out.
+/// Half a short span, and the loads whose speeds come from it.
+type Brief = (f64, Vec<JointLoad>);
+
+/// Speeds from a short span where they change within a long one as the joint sets out: what is at one place there is over before a
+/// long span is. Ends, turns and blows stay as they are.
+fn brisk(read: &mut Read, brief: &[JointLoad], short: f64) {
+    let speeds: Vec<f64> = read.loads.iter().map(|l| l.speed.abs()).collect();
     let fast = quantile(&speeds, 0.8).unwrap_or(0.0);
+    let reach = read.reach();
     let sets_out = speeds.iter().position(|v| *v > STEADY * fast).map_or(0, |i| i + reach);
     let changes = |i: usize| {
-        let near = &calm[i.saturating_sub(reach)..(i + reach + 1).min(calm.len())];
+        let near = &read.loads[i.saturating_sub(reach)..(i + reach + 1).min(read.loads.len())];
         let ends = near.iter().map(|l| l.speed);
         let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        high - low > CHANGES * (calm[i].speed.abs() + 0.1 * fast)
+        high - low > CHANGES * (speeds[i] + 0.1 * fast)
     };
-    let one = |i: usize| {
-        let same = brief.iter().find(|b| (b.time - calm[i].time).abs() < 1e-6);
-        match same.filter(|_| i < sets_out && changes(i)) {
-            Some(b) => (b.clone(), short),
-            None => (calm[i].clone(), half),
+    let changing: Vec<usize> = (0..sets_out.min(speeds.len())).filter(|i| changes(*i)).collect();
+    for i in changing {
+        let same = brief.iter().find(|b| (b.time - read.loads[i].time).abs() < 1e-6);
+        if let Some(load) = same {
+            (read.loads[i], read.halves[i]) = (*load, short);
         }
-    };
-    (0..calm.len()).map(one).unzip()
+    }
 }
 
 /// The motions of a joint in the order of time.
@@ -131,31 +133,41 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
         } else {
             capture.noise.position.or(cut.position_noise)
         };
-        let short = short_span(interaction, joint, &loads, own.unwrap_or(0.0)).filter(|s| half > BRIEF && *s < SHORTER * half);
-        let (loads, halves) = match short.and_then(|s| Some((s, read(s)?))) {
-            Some((short, brief)) => brisk(loads, half, &brief, short),
-            None => {
-                let halves = vec![half; loads.len()];
-                (loads, halves)
-            }
-        };
+        let short =
+            short_span(interaction, joint, &loads, own.unwrap_or(0.0)).filter(|s| half > BRIEF && *s < SHORTER * half);
+        let brief = short.and_then(|s| Some((s, read(s)?)));
         let stream = interaction.force.as_ref()?;
         let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?).max(1e-6);
-        Some(Read {
+        let read = Read {
             interaction: interaction.name.clone(),
             held_out: interaction.held_out,
+            halves: vec![half; loads.len()],
             loads,
-            halves,
             noise: noise / (rate * BIN).max(1.0).sqrt(),
             jitter: own.unwrap_or(0.0),
             zero: own.unwrap_or(0.0) * (2.0 / rested(interaction, joint)).sqrt(),
             by_hand,
-        })
+        };
+        Some((read, brief))
     };
-    let mut reads: Vec<Read> = capture.interactions.iter().filter_map(one).collect();
+    let mut reads: Vec<(Read, Option<Brief>)> = capture.interactions.iter().filter_map(one).collect();
     let start = |r: &Read| r.loads.first().map_or(f64::INFINITY, |l| l.time);
-    reads.sort_by(|a, b| start(a).total_cmp(&start(b)));
-    reads
+    reads.sort_by(|a, b| start(&a.0).total_cmp(&start(&b.0)));
+    let places = reads.iter().flat_map(|r| r.0.loads.iter().map(|l| l.position));
+    let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(q), b.max(q)));
+    let mut first = true;
+    for (read, brief) in &mut reads {
+        // What holds a joint before it goes is at its closed end, or broke as it was moved first.
+        let closed = read
+            .loads
+            .first()
+            .is_some_and(|l| l.position < low + CLOSED * (high - low));
+        if let Some((short, brief)) = brief.as_ref().filter(|_| first || closed) {
+            brisk(read, brief, *short);
+        }
+        first = false;
+    }
+    reads.into_iter().map(|r| r.0).collect()
 }
 
 /// What is new in every motion: the level of friction, and a tare.
@@ -215,5 +227,56 @@ impl Motions {
     pub(super) fn told(&self, group: usize, value: &dyn Fn(&Moved) -> f64) -> Vec<f64> {
         let each = self.moments[group].iter();
         each.map(|m| if m.still { f64::NAN } else { value(m) }).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A joint that goes at once from rest to 30 mm/s at 0.4 s and stops as suddenly at 3.6 s, its speeds smoothed over so many
+    /// seconds to either side.
+    fn smoothed(half: f64) -> Vec<JointLoad> {
+        let edge = |t: f64| ((t + half) / (2.0 * half)).clamp(0.0, 1.0);
+        let load = |i: i32| {
+            let time = BIN * (f64::from(i) + 0.5);
+            JointLoad {
+                time,
+                load: 1.0,
+                lever: 1.0,
+                aside: [0.0; 2],
+                way: nalgebra::Vector3::x(),
+                position: 0.03 * (time - 0.4).clamp(0.0, 3.2),
+                speed: 0.03 * edge(time - 0.4) * edge(3.6 - time),
+                speed_gain: half.powf(-1.5),
+                acceleration: 0.0,
+            }
+        };
+        (0..100).map(load).collect()
+    }
+
+    #[test]
+    fn a_slow_start_is_read_by_a_short_span_and_its_end_as_before() {
+        let calm = smoothed(0.36);
+        let mut read = Read {
+            interaction: "pull-00".into(),
+            held_out: false,
+            halves: vec![0.36; calm.len()],
+            loads: calm.clone(),
+            noise: 0.01,
+            jitter: 1e-4,
+            zero: 0.0,
+            by_hand: false,
+        };
+        brisk(&mut read, &smoothed(0.08), 0.08);
+        // A tenth of a second after it set out it goes as fast as it will.
+        let at = |t: f64| (t / BIN) as usize;
+        let [before, now] = [&calm, &read.loads].map(|l| l[at(0.52)].speed / 0.03);
+        assert!(before < 0.7 && now > 0.99, "{before} {now}");
+        assert!((read.halves[at(0.52)] - 0.08).abs() < 1e-9);
+        for t in [2.0, 3.5, 3.7] {
+            let (a, b) = (calm[at(t)].speed, read.loads[at(t)].speed);
+            assert!((a - b).abs() < 1e-12 && read.halves[at(t)] > 0.3, "{t}: {a} {b}");
+        }
     }
 }

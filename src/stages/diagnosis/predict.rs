@@ -268,8 +268,9 @@ fn press(scene: &Scene, action: &Action) -> Outcome {
         .twin
         .link(&action.target)
         .ok_or("what is pressed is not in the twin")?;
-    let stiffness = link.stiffness.as_ref().ok_or("no stiffness is known")?.value;
-    let damping = link.damping.as_ref().map_or(0.0, |d| d.value);
+    let spring = link.stiffness.as_ref().ok_or("no stiffness is known")?;
+    let damper = link.damping.as_ref();
+    let (stiffness, damping) = (spring.value, damper.map_or(0.0, |d| d.value));
     let up = support_normal(scene.capture, scene.model);
     let (time, force, noise) = scene.binned_force(0.01).ok_or("there is no force")?;
     let measured: Vec<f64> = force.iter().map(|f| -f.dot(&up)).collect();
@@ -280,8 +281,7 @@ fn press(scene: &Scene, action: &Action) -> Outcome {
         .collect();
     let tool = average(&tool, 2);
     let peak = measured.iter().copied().fold(0.0, f64::max);
-    let signals = [Some(tool), body_travel(scene, action, &time)];
-    let best = signals.into_iter().flatten().filter_map(|travel| {
+    let foretold = |travel: &[f64], [stiffness, damping]: [f64; 2]| {
         // Where the surface begins is new in every press: the median over the loaded samples.
         let contacts: Vec<f64> = (0..time.len())
             .filter(|i| measured[*i] > 0.3 * peak)
@@ -292,18 +292,31 @@ fn press(scene: &Scene, action: &Action) -> Outcome {
             damping,
             contact: median(&contacts)?,
         };
-        let predicted = predict_press(&spot, &time, &travel);
+        Some(predict_press(&spot, &time, travel))
+    };
+    let best = [Some(tool), body_travel(scene, action, &time)].into_iter().flatten();
+    let best = best.filter_map(|travel| {
+        let predicted = foretold(&travel, [stiffness, damping])?;
         let error: f64 = predicted
             .iter()
             .zip(&measured)
             .map(|(p, m)| (p - m).powi(2))
             .filter(|e| e.is_finite())
             .sum();
-        Some((error, predicted))
+        Some((error, predicted, travel))
     });
-    let (_, predicted) = best
+    let (_, predicted, travel) = best
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .ok_or("the tool never pressed")?;
+    let others = [
+        [stiffness + spring.sd.unwrap_or(0.0), damping],
+        [stiffness, damping + damper.and_then(|d| d.sd).unwrap_or(0.0)],
+    ];
+    let others = others.map(|numbers| foretold(&travel, numbers));
+    let by = |other: &Option<Vec<f64>>, i: usize| other.as_ref().map_or(0.0, |o| o[i] - predicted[i]);
+    let doubt: Vec<f64> = (0..predicted.len())
+        .map(|i| others.iter().map(|o| by(o, i).powi(2)).sum::<f64>().sqrt())
+        .collect();
     let label = "force into the support".into();
     let curve = Curve {
         label,
@@ -313,10 +326,13 @@ fn press(scene: &Scene, action: &Action) -> Outcome {
         predicted,
         noise,
     };
-    curves_alone(
-        vec![curve],
-        Some("the height of first contact is fitted anew for each press"),
-    )
+    Ok(Predicted {
+        doubt: vec![doubt],
+        ..curves_alone(
+            vec![curve],
+            Some("the height of first contact is fitted anew for each press"),
+        )?
+    })
 }
 
 /// How far the pressed body itself went down: for things whose tracked top is what gives way.

@@ -105,7 +105,11 @@ mod tests {
         let weighed = |mass: f64| Some(positive(mass, 0.01, "kg", vec!["lift".into()], "lift"));
         let both = [of("low", weighed(0.4)), of("top", weighed(0.3))];
         let whole = Whole::of_parts(&both).expect("a whole");
-        assert!((whole.mass - 0.7).abs() < 1e-12 && (whole.sd - 0.005).abs() < 1e-5, "{}", whole.sd);
+        assert!(
+            (whole.mass - 0.7).abs() < 1e-12 && (whole.sd - 0.005).abs() < 1e-5,
+            "{}",
+            whole.sd
+        );
         assert!(Whole::of_parts(&[of("low", None), of("top", weighed(0.3))]).is_none());
     }
 }

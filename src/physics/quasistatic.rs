@@ -1,9 +1,9 @@
 //! Quasi-static motion of things that slide on a table while a tool drives one of them.
 //!
 //! The motion is the one whose friction balances the tool: `W(q') q' = J' f`, where `W` collects, for
-//! every foot, the ellipsoidal limit surface `(f/fmax)^2 + (tau/(c fmax))^2 = 1` (Howe and Cutkosky 1996) less what a patch
-//! falls short of it between sliding and turning, or where it is known how the foot presses the sum over its points (Goyal,
-//! Ruina and Papadopoulos 1991), and, for every joint, its Coulomb friction. Each is of degree zero in the
+//! every foot, the sum over the points where it presses (Goyal, Ruina and Papadopoulos 1991), or where these are not known the
+//! ellipsoidal limit surface `(f/fmax)^2 + (tau/(c fmax))^2 = 1` (Howe and Cutkosky 1996) less what a patch falls short of it
+//! between sliding and turning, and, for every joint, its Coulomb friction. Each is of degree zero in the
 //! speed, so the weights are found by iteration; for one body that does not turn the first pass is already exact.
 
 use nalgebra::{DMatrix, DVector, Matrix2xX, Vector2};

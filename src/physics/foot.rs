@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
 
 use super::Footprint;
 use super::limit_surface::gathered;
+use super::underside::{lowest, underside};
 use crate::geometry::Mesh;
 use crate::twin::{Link, Model, RelationKind};
 
@@ -38,12 +39,12 @@ pub(super) struct Under {
     cells: Vec<(Point2<f64>, f64)>,
     corners: Vec<(Point2<f64>, f64)>,
     uniform: f64,
-    outermost: f64,
+    pub(super) outermost: f64,
 }
 
 impl Under {
     pub(super) fn of(print: &Footprint, centre: &Point2<f64>) -> Self {
-        let corners = print.turned();
+        let corners = print.rim().turned();
         let points = print.quadrature();
         let area: f64 = points.iter().map(|p| p.1).sum();
         Self {
@@ -307,18 +308,6 @@ fn above(model: &Model, lower: &str, upper: &str) -> bool {
     }
 }
 
-/// The torsional radius of uniform pressure over the underside of a mesh at `pose` (z up), m.
-pub fn uniform_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
-    let under = underside(mesh, pose)?;
-    Some(under.mean_distance(&under.area_centroid().1))
-}
-
-/// The torsional radius of a mesh at `pose` (z up) that stands on the corners of its underside alone, m: none is larger.
-pub fn outermost_torsional_radius(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<f64> {
-    let under = underside(mesh, pose)?;
-    Some(Under::of(&under, &under.area_centroid().1).outermost)
-}
-
 /// A pressure under a footprint.
 #[derive(Clone, Debug)]
 pub struct Pressed {
@@ -342,18 +331,6 @@ pub fn pressed_underside(mesh: &Mesh, pose: &Isometry3<f64>, centre: &Point2<f64
         centre: reached,
         points: about.collect(),
     })
-}
-
-/// The hull of what is within 3 mm of the lowest point.
-fn underside(mesh: &Mesh, pose: &Isometry3<f64>) -> Option<Footprint> {
-    let points: Vec<_> = mesh.vertices.iter().map(|v| pose * v).collect();
-    let lowest = lowest(mesh, pose);
-    Footprint::hull(points.iter().filter(|p| p.z < lowest + 0.003).map(|p| p.xy()).collect())
-}
-
-/// Height of the lowest point of a mesh at `pose`, m.
-fn lowest(mesh: &Mesh, pose: &Isometry3<f64>) -> f64 {
-    mesh.vertices.iter().map(|v| (pose * v).z).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

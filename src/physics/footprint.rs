@@ -173,8 +173,23 @@ impl Footprint {
         (area, Point2::from(moment / area))
     }
 
-    /// Points with their shares of the area, m²: some 200, evenly in each triangle of the fan about the first corner.
+    /// The convex hull: itself but for pockets.
+    pub fn rim(&self) -> Self {
+        Self::hull(self.corners.clone()).unwrap_or_else(|| self.clone())
+    }
+
+    /// Points with their shares of the area, m²: some 200 over its hull, evenly in each triangle of the fan about the first corner,
+    /// without those in pockets.
     pub fn quadrature(&self) -> Vec<(Point2<f64>, f64)> {
+        let rim = self.rim();
+        if rim.corners.len() == self.corners.len() {
+            return self.fan();
+        }
+        rim.fan().into_iter().filter(|(p, _)| self.holds(p)).collect()
+    }
+
+    /// Points of the triangles between the first corner and the edges.
+    fn fan(&self) -> Vec<(Point2<f64>, f64)> {
         let fan = self.corners.len().saturating_sub(2).max(1);
         let steps = ((QUADRATURE_POINTS / fan as f64).sqrt().ceil() as usize).max(2);
         let origin = self.corners[0];

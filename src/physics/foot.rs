@@ -292,8 +292,8 @@ pub fn riders(model: &Model, link: &str) -> Vec<String> {
     found
 }
 
-/// Whether all of a link is above the middle of another, along gravity, at the start.
-fn above(model: &Model, lower: &str, upper: &str) -> bool {
+/// Whether all of a link is above the middle of another, along gravity, at the first view; false where a shape is not known.
+pub fn above(model: &Model, lower: &str, upper: &str) -> bool {
     let up = -nalgebra::Vector3::from(model.twin.gravity);
     let reach = |name: &str| -> Option<[f64; 2]> {
         let link = model.twin.link(name)?;

@@ -36,7 +36,7 @@ pub use action::{Action, Hold, Prediction, ToolMotion};
 pub use between::{Between, SHORTFALL};
 pub use driven::Driven;
 pub use elastic::ElasticLaw;
-pub use foot::{Foot, Pressed, Pressing, pressed_underside};
+pub use foot::{Foot, Pressed, Pressing, above, pressed_underside};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
 pub use limit_surface::LimitSurface;

@@ -49,7 +49,7 @@ pub fn identify(
     for (name, found) in &facts {
         write_link(model, name, found, &befores, &ground, config, notices);
     }
-    share_out(&mut model.twin, &facts, &befores, &ground, config, notices);
+    share_out(model, &facts, &befores, &ground, config, notices);
     for (name, found) in &facts {
         if let (Some(link), Some(before)) = (model.twin.link_mut(name), befores.get(name)) {
             write_centre(link, found, before, &ground);

@@ -13,11 +13,12 @@ use super::resolve::{Before, STAGE};
 use super::surface::SurfacePrior;
 use super::whole::Whole;
 use crate::base::{Confounded, Estimate, Notices, Status};
-use crate::twin::{Link, Twin};
+use crate::physics::above;
+use crate::twin::{Link, Model, Twin};
 
 /// Shares out weighings and pushes of rigid groups.
 pub(super) fn share_out(
-    twin: &mut Twin,
+    model: &mut Model,
     facts: &BTreeMap<String, Facts>,
     befores: &BTreeMap<String, Before>,
     ground: &Ground,
@@ -31,9 +32,9 @@ pub(super) fn share_out(
     let wholes: Vec<Whole> = facts.iter().flat_map(of).collect();
     for (name, found) in facts {
         for weighing in found.weighings.iter().filter(|w| !w.along.is_empty()) {
-            share_weight(twin, name, weighing, befores, config, notices);
+            share_weight(&mut model.twin, name, weighing, befores, config, notices);
         }
-        share_friction(twin, name, found, (befores, &wholes), ground, config, notices);
+        share_friction(model, name, found, (befores, &wholes), ground, config, notices);
     }
 }
 
@@ -181,7 +182,7 @@ fn share_weight(
 
 /// Friction of a group that was pushed as one: the sum is measured, the parts are assumed.
 fn share_friction(
-    twin: &mut Twin,
+    model: &mut Model,
     name: &str,
     facts: &Facts,
     (befores, wholes): (&BTreeMap<String, Before>, &[Whole]),
@@ -200,7 +201,7 @@ fn share_friction(
         .collect();
     let mut group = vec![name.to_string()];
     group.extend(others.iter().cloned());
-    let links = links_of(twin, &group);
+    let links = links_of(&model.twin, &group);
     if links.len() != group.len() || links[0].friction_force.kinetic.is_some() {
         return;
     }
@@ -231,13 +232,7 @@ fn share_friction(
         name,
         format!("only moved together with {}: only {sum} is measured", others.join(", ")),
     );
-    // Log of the group's mass: the shapes' opinion and the force over the assumed friction.
-    // One part may be much heavier than thought, none much lighter than nothing: the doubt is that of the heavy side.
-    let heavy = |m: &(f64, f64)| (1.0 + m.0 / total * ((1.96 * m.1).exp() - 1.0)).ln() / 1.96;
-    let shape_sd = masses.iter().map(|m| heavy(m).powi(2)).sum::<f64>().sqrt();
-    let w = [shape_sd.powi(-2), (mu.1 / mu.0).powi(-2)];
-    let log = (w[0] * total.ln() + w[1] * (sliding.kinetic.value / (mu.0 * g)).ln()) / (w[0] + w[1]);
-    let group_sd = (w[0] + w[1]).recip().sqrt();
+    let (log, group_sd) = supposed(&masses, sliding.kinetic.value / g, mu);
     let weighed: f64 = masses.iter().filter(|m| m.1 < WEIGHED).map(|m| m.0).sum();
     let parts: BTreeSet<String> = group.iter().cloned().collect();
     let one_by_one = Whole::of_parts(&links);
@@ -247,11 +242,35 @@ fn share_friction(
     });
     let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
     for (part, portion) in links.iter().zip(portions(&masses, group_mass)) {
-        write_share(twin, part, &sliding.kinetic, portion, group_mass, g, &known, &group);
+        write_share(
+            &mut model.twin,
+            part,
+            &sliding.kinetic,
+            portion,
+            group_mass,
+            g,
+            &known,
+            &group,
+        );
     }
-    if let Some(whole) = whole {
-        whole.tells_friction(twin, name, &sliding.kinetic, g);
+    // What is driven ahead beside it rubs by itself; what stands on it, or rose with it, presses it down.
+    let lifted = wholes.iter().any(|w| w.parts == parts);
+    let bears = lifted || others.iter().all(|other| above(model, name, other));
+    if let Some(whole) = whole.filter(|_| bears) {
+        whole.tells_friction(&mut model.twin, name, &sliding.kinetic, g);
     }
+}
+
+/// Logarithm of a group's mass and its standard deviation: the shapes' opinion and the `force` of friction, in weights of 1 kg,
+/// over the assumed friction.
+fn supposed(masses: &[(f64, f64)], force: f64, mu: (f64, f64)) -> (f64, f64) {
+    let total: f64 = masses.iter().map(|m| m.0).sum();
+    // One part may be much heavier than thought, none much lighter than nothing: the doubt is that of the heavy side.
+    let heavy = |m: &(f64, f64)| (1.0 + m.0 / total * ((1.96 * m.1).exp() - 1.0)).ln() / 1.96;
+    let shape_sd = masses.iter().map(|m| heavy(m).powi(2)).sum::<f64>().sqrt();
+    let w = [shape_sd.powi(-2), (mu.1 / mu.0).powi(-2)];
+    let log = (w[0] * total.ln() + w[1] * (force / mu.0).ln()) / (w[0] + w[1]);
+    (log, (w[0] + w[1]).recip().sqrt())
 }
 
 /// What a push of all parts tells. A part that also slid by itself rubs on what carries it: then the lead bears all weights.

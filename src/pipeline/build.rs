@@ -2,9 +2,10 @@
 
 use super::extend::extend;
 use super::symmetries::Symmetries;
+use super::welded::Welded;
 use super::{Options, Pass, assemble};
 use crate::base::{Notices, Progress, Result, Stopwatch};
-use crate::capture::{Capture, Segmented};
+use crate::capture::{Capture, Segmented, SensorFaults};
 use crate::stages::diagnosis::Trace;
 use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape, snapshots};
 use crate::twin::{Diagnosis, Model};
@@ -43,6 +44,25 @@ fn joined(
     let unproven = std::mem::take(&mut found.unproven);
     assemble::join(model, found);
     Ok(unproven)
+}
+
+/// What is wrong with it; what fixed joints hold together is foretold and judged as the one thing that it is.
+fn diagnosed(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &mut Model,
+    (faults, options): (&SensorFaults, &Options),
+    notices: &mut Notices,
+) -> Result<diagnosis::Diagnosed> {
+    let Some(whole) = Welded::of(capture, segmented, model) else {
+        return diagnosis::diagnose(capture, segmented, model, faults, &options.diagnosis, notices);
+    };
+    let whole = whole.identified(options)?;
+    whole.hand_down(model);
+    let (capture, segmented) = (&whole.capture, &whole.segmented);
+    let mut found = diagnosis::diagnose(capture, segmented, &whole.model, faults, &options.diagnosis, notices)?;
+    whole.unfold(&mut found.traces);
+    Ok(found)
 }
 
 /// From a capture to a twin: shape, symmetry, interaction, articulation, estimation, relations, diagnosis.
@@ -100,7 +120,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
             diagnosis: snapshots.diagnosis(),
             ..diagnosis::Diagnosed::skipped()
         },
-        _ => diagnosis::diagnose(capture, &segmented, &model, &faults, &options.diagnosis, &mut notices)?,
+        _ => diagnosed(capture, &segmented, &mut model, (&faults, options), &mut notices)?,
     };
     clock.lap("diagnosis");
 

@@ -3,7 +3,8 @@
 
 use super::Options;
 use super::extend::held;
-use super::given::{FORCE, as_lumps, doubt_carriers, lumps_of, table_friction};
+use super::given::{FORCE, doubt_carriers, table_friction};
+use super::welded::{Welded, as_lumps, bare, lumps_of};
 use crate::base::{Estimate, Notices, Result};
 use crate::capture::Capture;
 use crate::stages::{diagnosis, estimation, interaction};
@@ -35,7 +36,18 @@ pub fn diagnose(
     let (sifted, faults) = interaction::sift(capture);
     let capture = sifted.as_ref().unwrap_or(capture);
     let segmented = interaction::segment(capture, model, &options.interaction, notices)?;
-    diagnosis::diagnose(capture, &segmented, model, &faults, &options.diagnosis, notices)
+    let Some(whole) = Welded::of(capture, &segmented, model) else {
+        return diagnosis::diagnose(capture, &segmented, model, &faults, &options.diagnosis, notices);
+    };
+    let Welded {
+        capture,
+        segmented,
+        model,
+        ..
+    } = &whole;
+    let mut diagnosed = diagnosis::diagnose(capture, segmented, model, &faults, &options.diagnosis, notices)?;
+    whole.unfold(&mut diagnosed.traces);
+    Ok(diagnosed)
 }
 
 /// What a `model` that somebody wrote gets wrong of `capture`, of which `fresh` is a fit without the model.
@@ -105,24 +117,6 @@ fn rests(given: &mut Model, fresh: &Twin) {
     let resting = fresh.relations.iter().filter(|r| r.kind == RelationKind::Resting);
     let found: Vec<_> = resting.filter(|r| known(&r.a) && known(&r.b)).cloned().collect();
     given.twin.relations.extend(found);
-}
-
-/// The model with its shapes and joints alone.
-fn bare(given: &Model) -> Model {
-    let mut out = given.clone();
-    for body in &mut out.twin.bodies {
-        for link in &mut body.links {
-            *link = Link {
-                mesh: link.mesh.clone(),
-                collision: link.collision.clone(),
-                ..Link::new(link.name.clone(), link.pose)
-            };
-        }
-        for joint in &mut body.joints {
-            (joint.friction, joint.damping, joint.stiffness, joint.rest) = (None, None, None, None);
-        }
-    }
-    out
 }
 
 /// Gives the model what it does not carry and a push cannot be foretold without: the finger's friction, how it resists

@@ -12,6 +12,7 @@ mod options;
 mod pass;
 mod symmetries;
 mod touches;
+mod welded;
 
 pub use build::{Run, build};
 pub use calibrate::{calibrate_camera, calibrate_force, calibrate_friction, learn_snapshots};

@@ -1,0 +1,379 @@
+//! A capture and a model as one that has no fixed joints: what they hold to each other is one thing with one track, and is
+//! pushed, lifted and pressed as one.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Point3, Vector3};
+
+use super::Options;
+use crate::base::{Estimate, Notices, Pose, Result, Status};
+use crate::capture::{BodyPrior, Capture, Interaction, PoseStream, Segmented};
+use crate::stages::diagnosis::{Path, Trace};
+use crate::stages::estimation;
+use crate::twin::{Link, Lump, Lumped, Model, lumped};
+
+/// What a diagnosis is made of, with one thing for all that moves as one.
+pub(super) struct Welded {
+    pub(super) capture: Capture,
+    pub(super) segmented: Vec<Segmented>,
+    pub(super) model: Model,
+    /// Those of several members.
+    lumps: Vec<Lump>,
+}
+
+impl Welded {
+    /// Nothing where no fixed joint holds anything.
+    pub(super) fn of(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<Self> {
+        let mut whole = lumps_of(capture, model);
+        if whole.lumps.iter().all(|l| l.members.len() < 2) {
+            return None;
+        }
+        let mut segmented = segmented.to_vec();
+        let phases = segmented.iter_mut().flat_map(|s| &mut s.phases);
+        for names in phases.flat_map(|p| [&mut p.moving, &mut p.touched]) {
+            let renamed = |name: &String| whole.of(name).map_or_else(|| name.clone(), |l| l.name.clone());
+            let each: BTreeSet<String> = names.iter().map(renamed).collect();
+            *names = each.into_iter().collect();
+        }
+        let capture = as_lumps(capture, &whole.lumps);
+        whole.lumps.retain(|l| l.members.len() > 1);
+        Some(Self {
+            capture,
+            segmented,
+            model: whole.model,
+            lumps: whole.lumps,
+        })
+    }
+
+    /// With the numbers that touches tell of the wholes; sums over members are what is left where they tell none.
+    pub(super) fn identified(mut self, options: &Options) -> Result<Self> {
+        let mut fresh = bare(&self.model);
+        let quiet = &mut Notices::default();
+        estimation::identify(&self.capture, &self.segmented, &mut fresh, &options.estimation, quiet)?;
+        for lump in &self.lumps {
+            let found = fresh.twin.link(&lump.name).filter(|l| tells(l));
+            if let (Some(found), Some(own)) = (found, self.model.twin.link_mut(&lump.name)) {
+                *own = found.clone();
+            }
+        }
+        Ok(self)
+    }
+
+    /// Gives the members what is known of the wholes alone: how the lowest rubs, and by how much the centre of mass is off.
+    pub(super) fn hand_down(&self, model: &mut Model) {
+        for lump in &self.lumps {
+            let Some(whole) = self.model.twin.link(&lump.name) else {
+                continue;
+            };
+            if let Some(own) = model.twin.link_mut(&lump.name) {
+                rub_as(own, whole);
+            }
+            let merged = lumped(model, |name| usize::from(name == lump.name));
+            let sum = merged.model.twin.link(&lump.name).and_then(|l| l.com.as_ref());
+            let Some((found, sum)) = whole.com.as_ref().filter(|c| c.is_measured()).zip(sum) else {
+                continue;
+            };
+            let off = Vector3::from(found.value) - Vector3::from(sum.value);
+            for (name, place) in &lump.members {
+                let centre = model.twin.link_mut(name).and_then(|l| l.com.as_mut());
+                centre
+                    .into_iter()
+                    .for_each(|c| shift(c, &(place.0.inverse() * off), found));
+            }
+        }
+    }
+
+    /// Says where members go with the wholes.
+    pub(super) fn unfold(&self, traces: &mut [Trace]) {
+        for trace in traces {
+            for lump in &self.lumps {
+                let Some(path) = trace.paths.get(&lump.name).cloned() else {
+                    continue;
+                };
+                for (name, place) in lump.members.iter().filter(|(name, _)| *name != lump.name) {
+                    let poses = path.poses.iter().map(|p| Pose(p.0 * place.0)).collect();
+                    let time = path.time.clone();
+                    trace.paths.insert(name.clone(), Path { time, poses });
+                }
+            }
+        }
+    }
+}
+
+/// Whether touches told anything of it.
+fn tells(link: &Link) -> bool {
+    link.friction_force.kinetic.is_some() || link.mass.as_ref().is_some_and(Estimate::is_told)
+}
+
+/// How the whole slides and turns, where the member does not say.
+fn rub_as(own: &mut Link, whole: &Link) {
+    let (own, whole) = (&mut own.friction, &whole.friction);
+    let pairs = [
+        (&mut own.static_, &whole.static_),
+        (&mut own.kinetic, &whole.kinetic),
+        (&mut own.torsional_radius, &whole.torsional_radius),
+        (&mut own.tool, &whole.tool),
+        (&mut own.creep_speed, &whole.creep_speed),
+        (&mut own.creep_ratio, &whole.creep_ratio),
+    ];
+    for (own, whole) in pairs {
+        if own.as_ref().is_none_or(|o| !o.is_measured()) && whole.is_some() {
+            own.clone_from(whole);
+        }
+    }
+}
+
+/// A centre of mass moved with all others of a whole, of which alone it is known.
+fn shift(centre: &mut Estimate<[f64; 3]>, off: &Vector3<f64>, found: &Estimate<[f64; 3]>) {
+    let moved = Point3::from(centre.value) + off;
+    centre.ci95 = centre
+        .ci95
+        .map(|ends| [0, 1, 2].map(|k| ends[k].map(|end| end + off[k])));
+    centre.value = moved.into();
+    centre.status = Status::Assumed;
+    centre.from.clone_from(&found.from);
+    centre.method = format!("{}, moved with the whole", centre.method);
+}
+
+/// The model with its shapes and joints alone.
+pub(super) fn bare(given: &Model) -> Model {
+    let mut out = given.clone();
+    for body in &mut out.twin.bodies {
+        for link in &mut body.links {
+            *link = Link {
+                mesh: link.mesh.clone(),
+                collision: link.collision.clone(),
+                ..Link::new(link.name.clone(), link.pose)
+            };
+        }
+        for joint in &mut body.joints {
+            (joint.friction, joint.damping, joint.stiffness, joint.rest) = (None, None, None, None);
+        }
+    }
+    out
+}
+
+/// The model with one link for all that is held to each other, by the names that the capture tracks.
+pub(super) fn lumps_of(capture: &Capture, model: &Model) -> Lumped {
+    lumped(model, |name| {
+        let meant = |i: &&Interaction| i.target.as_deref() == Some(name);
+        let tracked = capture
+            .interactions
+            .iter()
+            .filter(|i| i.tracks.contains_key(name))
+            .count();
+        2 * tracked + capture.interactions.iter().filter(meant).count()
+    })
+}
+
+/// The capture with one track for each lump, and lumps as what is touched.
+pub(super) fn as_lumps(capture: &Capture, lumps: &[Lump]) -> Capture {
+    let mut out = capture.clone();
+    let several: Vec<&Lump> = lumps.iter().filter(|l| l.members.len() > 1).collect();
+    for lump in &several {
+        weigh(&mut out.bodies, lump);
+    }
+    for interaction in &mut out.interactions {
+        for lump in &several {
+            let member = |name: &str| lump.members.iter().find(|(n, _)| n == name);
+            if let Some(target) = interaction.target.as_mut().filter(|t| member(t).is_some()) {
+                target.clone_from(&lump.name);
+            }
+            let own = own_track(&interaction.tracks, lump);
+            interaction.tracks.retain(|name, _| member(name).is_none());
+            if let Some(track) = own {
+                interaction.tracks.insert(lump.name.clone(), track);
+            }
+        }
+    }
+    out
+}
+
+/// What is stated of the members is stated of the lump: its mass where that of every member is.
+fn weigh(bodies: &mut Vec<BodyPrior>, lump: &Lump) {
+    let member = |name: &str| lump.members.iter().any(|(n, _)| n == name);
+    let stated: Vec<(f64, f64)> = bodies
+        .iter()
+        .filter(|b| member(&b.name))
+        .filter_map(|b| Some((b.mass?, b.mass_sd.unwrap_or(0.0))))
+        .collect();
+    let whole = stated.len() == lump.members.len();
+    bodies.retain(|b| b.name == lump.name || !member(&b.name));
+    if let Some(own) = bodies.iter_mut().find(|b| b.name == lump.name) {
+        own.mass = whole.then(|| stated.iter().map(|s| s.0).sum());
+        own.mass_sd = whole.then(|| stated.iter().map(|s| s.1.powi(2)).sum::<f64>().sqrt());
+        own.mesh = None;
+    }
+}
+
+/// The track of the lump's own member, else that of another, carried over.
+fn own_track(tracks: &BTreeMap<String, PoseStream>, lump: &Lump) -> Option<PoseStream> {
+    if let Some(own) = tracks.get(&lump.name) {
+        return Some(own.clone());
+    }
+    let (track, place) = lump
+        .members
+        .iter()
+        .find_map(|(name, place)| Some((tracks.get(name)?, place)))?;
+    let mut out = track.clone();
+    for i in 0..track.len() {
+        if let Some(pose) = track.pose(i) {
+            let Pose(carried) = Pose(pose.0 * place.0.inverse());
+            out.position[i] = carried.translation.vector.into();
+            out.rotation[i] = Some(carried.rotation);
+        }
+    }
+    Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Translation3, UnitQuaternion};
+
+    use super::*;
+    use crate::twin::{Body, FORMAT, Provenance, Twin};
+
+    const DOWN: f64 = 0.03;
+
+    fn at(z: f64) -> Pose {
+        Pose(nalgebra::Isometry3::from_parts(
+            Translation3::new(0.0, 0.0, z),
+            UnitQuaternion::identity(),
+        ))
+    }
+
+    fn glued() -> Model {
+        let link = |name: &str, z: f64, mass: f64| Link {
+            mass: Some(Estimate::measured(mass, 0.01, "kg", vec!["lift".into()], "lift")),
+            com: Some(Estimate::measured(
+                [0.0; 3],
+                [0.002; 3],
+                "m",
+                Vec::new(),
+                "even density",
+            )),
+            ..Link::new(name, at(z))
+        };
+        let joint = serde_json::json!({
+            "name": "glue", "type": "fixed", "parent": "low", "child": "top", "probability": 1.0, "alternatives": [],
+            "axis": Estimate::measured([0.0, 0.0, 1.0], [0.0; 3], "1", Vec::new(), "test"),
+            "origin": Estimate::measured([0.0; 3], [0.0; 3], "m", Vec::new(), "test"),
+        });
+        let body = Body {
+            name: "low".into(),
+            links: vec![link("low", 0.0, 0.3), link("top", DOWN, 0.1)],
+            joints: vec![serde_json::from_value(joint).expect("a joint")],
+        };
+        Model {
+            twin: Twin {
+                format: FORMAT.into(),
+                name: "glued".into(),
+                gravity: [0.0, 0.0, -9.81],
+                support: None,
+                bodies: vec![body],
+                relations: Vec::new(),
+                provenance: Provenance::default(),
+                effects: Vec::new(),
+                notices: Vec::new(),
+            },
+            meshes: BTreeMap::new(),
+            textures: BTreeMap::new(),
+        }
+    }
+
+    fn welded() -> Welded {
+        let Lumped { model, lumps } = lumped(&glued(), |name| usize::from(name == "low"));
+        Welded {
+            capture: Capture {
+                root: std::path::PathBuf::new(),
+                name: "glued".into(),
+                gravity: Vector3::new(0.0, 0.0, -9.81),
+                support: None,
+                cameras: Vec::new(),
+                views: Vec::new(),
+                bodies: Vec::new(),
+                noise: crate::capture::Noise::default(),
+                interactions: Vec::new(),
+                truth: None,
+                digest: String::new(),
+            },
+            segmented: Vec::new(),
+            model,
+            lumps,
+        }
+    }
+
+    #[test]
+    fn stated_weights_of_members_add_up_and_a_weight_that_is_missing_is_not_nought() {
+        let prior = |name: &str, mass: Option<f64>| BodyPrior {
+            name: name.into(),
+            mesh: None,
+            mass,
+            mass_sd: mass.map(|_| 0.003),
+            material: None,
+            world_from_body: None,
+        };
+        let lump = &welded().lumps[0];
+        let mut both = vec![
+            prior("low", Some(0.3)),
+            prior("top", Some(0.1)),
+            prior("cup", Some(0.2)),
+        ];
+        weigh(&mut both, lump);
+        assert_eq!(both.len(), 2);
+        assert!((both[0].mass.expect("a mass") - 0.4).abs() < 1e-12);
+        assert!((both[0].mass_sd.expect("a doubt") - 0.003 * 2f64.sqrt()).abs() < 1e-12);
+        let mut one = vec![prior("low", Some(0.3)), prior("top", None)];
+        weigh(&mut one, lump);
+        assert!(one.len() == 1 && one[0].mass.is_none());
+    }
+
+    #[test]
+    fn the_centre_of_the_whole_is_handed_down_to_its_members() {
+        let mut whole = welded();
+        let link = whole.model.twin.link_mut("low").expect("the whole");
+        let sum = link.com.as_ref().expect("a centre").value;
+        assert!((sum[2] - 0.25 * DOWN).abs() < 1e-12, "{sum:?}");
+        let found = [sum[0] + 0.007, sum[1], sum[2]];
+        link.com = Some(Estimate::measured(
+            found,
+            [0.001; 3],
+            "m",
+            vec!["push".into()],
+            "pushes",
+        ));
+        link.friction.kinetic = Some(Estimate::measured(0.3, 0.01, "1", vec!["push".into()], "push"));
+        let mut model = glued();
+        whole.hand_down(&mut model);
+        let again = lumped(&model, |name| usize::from(name == "low"));
+        let now = again
+            .model
+            .twin
+            .link("low")
+            .and_then(|l| l.com.clone())
+            .expect("a centre");
+        assert!(
+            (0..3).all(|k| (now.value[k] - found[k]).abs() < 1e-12),
+            "{:?}",
+            now.value
+        );
+        let [low, top] = ["low", "top"].map(|n| model.twin.link(n).expect("a member").clone());
+        assert!(low.friction.kinetic.is_some() && top.friction.kinetic.is_none());
+        assert!(top.com.is_some_and(|c| c.status == Status::Assumed));
+    }
+
+    #[test]
+    fn members_go_where_the_whole_goes() {
+        let path = Path {
+            time: vec![0.0],
+            poses: vec![at(0.1)],
+        };
+        let mut traces = [Trace {
+            paths: BTreeMap::from([("low".to_owned(), path)]),
+            ..Trace::default()
+        }];
+        welded().unfold(&mut traces);
+        let top = &traces[0].paths["top"].poses[0];
+        assert!((top.0.translation.z - 0.1 - DOWN).abs() < 1e-12);
+    }
+}

@@ -143,7 +143,7 @@ pub fn diagnose(
     };
     base.tests = whiteness(&traces);
     base.tests.extend(curves.tests);
-    let verdict = verdict_of(&traces, &findings, curves.left, config);
+    let verdict = verdict_of(&traces, &findings, (curves.left, curves.overruled), config);
     findings.iter_mut().for_each(leave_room);
     let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
@@ -162,10 +162,11 @@ pub fn diagnose(
     })
 }
 
-/// What is said of all: named causes leave something (`left`), or what is foretold with them is off.
-fn verdict_of(traces: &[Trace], findings: &[Finding], left: bool, config: &Config) -> Verdict {
+/// What is said of all: named causes leave something (`left`), or what is foretold with them is off; or nothing is named, though
+/// something is wrong (`overruled`).
+fn verdict_of(traces: &[Trace], findings: &[Finding], (left, overruled): (bool, bool), config: &Config) -> Verdict {
     match verdict(traces, config) {
-        _ if left => Verdict::Unknown,
+        _ if left || (overruled && findings.is_empty()) => Verdict::Unknown,
         // What bears on inertia alone is no reason for a force that is off while it slides.
         Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(traces, config) => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,

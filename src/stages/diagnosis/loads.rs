@@ -36,6 +36,8 @@ pub(super) struct Loads {
     pub budgets: Vec<Budget>,
     /// Named causes leave something that has no name.
     pub left: bool,
+    /// Interactions that were held out speak against what others show beyond doubt.
+    pub overruled: bool,
     pub effect_sizes: BTreeMap<&'static str, f64>,
     pub log_likelihood: f64,
     pub levels: Vec<Level>,
@@ -63,6 +65,10 @@ impl Loads {
         if let (Some(last), Some(left)) = (findings.last_mut(), &ladder.left) {
             self.tests.push(left.clone());
             last.evidence.push(left.clone());
+        }
+        if let Some(overruled) = &ladder.overruled {
+            self.tests.push(overruled.clone());
+            self.overruled = true;
         }
         if hardly || (!findings.is_empty() && ladder.left.is_some()) {
             self.left = true;

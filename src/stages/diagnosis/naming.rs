@@ -61,6 +61,9 @@ pub struct Ladder {
     pub tried: Vec<(usize, f64)>,
     /// What the effects that were taken up do not explain.
     pub left: Option<Evidence>,
+    /// What interactions that were fitted show beyond doubt, and those that were held out speak against: something is wrong that
+    /// has no name.
+    pub overruled: Option<Evidence>,
 }
 
 impl Ladder {
@@ -240,6 +243,7 @@ impl Climb<'_> {
             untestable: self.untestable,
             tried: self.tried,
             left,
+            overruled: None,
         }
     }
 }

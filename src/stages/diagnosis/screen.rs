@@ -53,7 +53,7 @@ impl Candidate {
 
 /// Gain of a first effect, nats, from which on a part of the standard error is enough: a few unlike interactions foretell each other
 /// badly, whatever is true of all.
-const PLENTY: f64 = 50.0;
+pub const PLENTY: f64 = 50.0;
 const MOST_OF_IT: f64 = 0.7;
 
 /// Whether a gain with its standard error, nats, is one.

@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point3, Vector3};
 
-use super::Options;
+use super::{Options, assemble};
 use crate::base::{Estimate, Notices, Pose, Result, Status};
 use crate::capture::{BodyPrior, Capture, Interaction, PoseStream, Segmented};
 use crate::stages::diagnosis::{Path, Trace};
-use crate::stages::estimation;
-use crate::twin::{Link, Lump, Lumped, Model, lumped};
+use crate::stages::estimation::{self, always_as_one};
+use crate::twin::{Link, Lump, Lumped, Model, RelationKind, lumped};
 
 /// What a diagnosis is made of, with one thing for all that moves as one.
 pub(super) struct Welded {
@@ -22,9 +22,9 @@ pub(super) struct Welded {
 }
 
 impl Welded {
-    /// Nothing where no fixed joint holds anything.
+    /// Nothing where no fixed joint holds anything, and nothing went with another whenever it went.
     pub(super) fn of(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<Self> {
-        let mut whole = lumps_of(capture, model);
+        let mut whole = lumps_of(capture, &as_held(capture, segmented, model));
         if whole.lumps.iter().all(|l| l.members.len() < 2) {
             return None;
         }
@@ -98,6 +98,20 @@ impl Welded {
             }
         }
     }
+}
+
+/// The model with what only ever went as one held together: whether a bond or mere rest does that shows nowhere, and nothing
+/// depends on it.
+fn as_held(capture: &Capture, segmented: &[Segmented], model: &Model) -> Model {
+    let mut out = model.clone();
+    for relation in &mut out.twin.relations {
+        let undecided = matches!(relation.kind, RelationKind::Unknown | RelationKind::Resting);
+        if undecided && always_as_one(capture, segmented, &model.twin, [&relation.a, &relation.b]) {
+            (relation.kind, relation.breakaway) = (RelationKind::Fixed, None);
+        }
+    }
+    assemble::weld(&mut out);
+    out
 }
 
 /// Whether touches told anything of it.

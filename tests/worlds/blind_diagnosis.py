@@ -58,6 +58,13 @@ def named(palpate, capture, out):
     return diagnosis["verdict"], names, odds
 
 
+def told_both(palpate, capture, causes):
+    """Whether a diagnosis that is told both causes names both: then both can be seen."""
+    command = [palpate, "-q", "diagnose", str(capture), "--causes", ",".join(causes), "--json"]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    return {f["cause"] for f in json.loads(done.stdout)["findings"]} == set(causes)
+
+
 def calibration_error(told):
     """Mean distance of the odds from how often they were right, over six ranges; what is outside the catalogue counts as wrong."""
     edges = [0, 0.3, 0.5, 0.7, 0.85, 0.95, 1.01]
@@ -81,7 +88,7 @@ def main():
     if arguments.views:
         arguments.kinds = [kind for kind in arguments.kinds if kind not in ("toss", "ball")]
     told = []
-    count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0, pairs=0, both=0, one=0)
+    count = dict(clean=0, false=0, outside=0, passed=0, hidden=0, found=0, first=0, among=0, pairs=0, both=0, one=0, seen=0, named=0)
     for kind, cause, seed in cases(arguments):
         capture = arguments.folder / f"{cause}-{kind}-{seed}".replace(",", "+")
         if not (capture / "truth.json").exists():
@@ -94,6 +101,9 @@ def main():
             right = [any(c in n for n in names) for c in cause.split(",")]
             count["pairs"] += 1
             count["both"] += all(right)
+            if told_both(arguments.palpate, capture, cause.split(",")):
+                count["seen"] += 1
+                count["named"] += all(right)
             count["one"] += any(right)
             continue
         if names:
@@ -114,6 +124,7 @@ def main():
     print(f"hidden effects: {count['found']} of {count['hidden']} seen; first name right {count['first']}; among the names {count['among']}")
     print(f"effects outside the catalogue that got no name, or one told as not the whole: {count['passed']} of {count['outside']}")
     print(f"two effects: {count['pairs']}; both among the names {count['both']}; one at least {count['one']}")
+    print(f"of those of which a diagnosis told both names both, {count['seen']}: both among the names {count['named']}")
     if told:
         print(f"calibration error of the odds of first names: {calibration_error(told):.3f} of {len(told)}")
     if arguments.quick and (count["false"] or count["among"] < count["hidden"]):

@@ -62,7 +62,7 @@ mod whole;
 
 pub use action::{action_of, first_rest, rest_pose, start_poses, support_normal};
 pub use calibrate::calibrate_friction;
-pub use company::{Company, company};
+pub use company::{Company, always_as_one, company};
 pub use config::Config;
 pub use force_scale::{ForceScale, calibrate_force};
 pub use identify::identify;

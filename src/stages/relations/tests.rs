@@ -235,6 +235,14 @@ fn glue_that_a_push_broke_is_told_from_rest_and_from_a_blow() {
     // Friction of what merely rests.
     let rest = arcs(&pushed_at_top(|t| if t < 0.0 { 0.01 } else { (80.0 * t).min(0.2) }));
     assert_eq!(between(&rest).kind, RelationKind::Resting);
+    // A finger that overshoots, rubs on, and is drawn back in the end.
+    let rubbed = arcs(&pushed_at_top(|t| match t {
+        t if !(0.0..=0.8).contains(&t) => 0.01,
+        t if t < 0.04 => 1.97,
+        _ => 1.3,
+    }));
+    assert_eq!(between(&rubbed).kind, RelationKind::Resting);
+    assert!(between(&rubbed).breakaway.is_none());
     // A short rise: a bond that gave way at once, or the blow of a heavy thing. Nobody can say.
     let open = arcs(&pushed_at_top(|t| {
         if t < 0.0 {

@@ -76,15 +76,17 @@ struct Portion {
     mass_sd: f64,
 }
 
-/// Portions of a group of `total` mass: a part that was weighed has what it weighs, the others part the rest by what is
-/// assumed of them.
-fn portions(masses: &[(f64, f64)], total: (f64, f64)) -> Vec<Portion> {
-    let weighed = |k: &usize| masses[*k].1 < WEIGHED;
+/// Portions of a group of `total` mass: a part that was weighed, or whose mass is told otherwise (`told`), has that, the others
+/// part the rest by what is assumed of them.
+fn portions(masses: &[(f64, f64)], told: &[bool], total: (f64, f64)) -> Vec<Portion> {
+    let weighed = |k: &usize| masses[*k].1 < WEIGHED || told[*k];
     let pick = |of: &dyn Fn(&usize) -> bool| -> Vec<(f64, f64)> {
         (0..masses.len()).filter(|k| of(k)).map(|k| masses[k]).collect()
     };
-    let known = sum_of(&pick(&weighed)).0 / total.0;
+    let taken = sum_of(&pick(&weighed));
+    let known = taken.0 / total.0;
     let left = 1.0 - known;
+    let open = (total.1 * known).hypot(taken.1 * known) / left;
     let one = |k: usize| {
         if weighed(&k) {
             return Portion {
@@ -96,8 +98,8 @@ fn portions(masses: &[(f64, f64)], total: (f64, f64)) -> Vec<Portion> {
         let (own, own_sd) = share(masses[k], sum_of(&pick(&|j| *j != k && !weighed(j))));
         Portion {
             share: left * own,
-            share_sd: own_sd.hypot(total.1 * known / left),
-            mass_sd: own_sd.hypot(total.1 / left),
+            share_sd: own_sd.hypot(open),
+            mass_sd: own_sd.hypot(total.1.hypot(taken.1 * known) / left),
         }
     };
     (0..masses.len()).map(one).collect()
@@ -233,7 +235,9 @@ fn share_friction(
         format!("only moved together with {}: only {sum} is measured", others.join(", ")),
     );
     let (log, group_sd) = supposed(&masses, sliding.kinetic.value / g, mu);
-    let weighed: f64 = masses.iter().filter(|m| m.1 < WEIGHED).map(|m| m.0).sum();
+    let told: Vec<bool> = links.iter().map(|l| l.mass.is_some()).collect();
+    let of_told = masses.iter().zip(&told).filter(|(m, told)| m.1 < WEIGHED || **told);
+    let weighed: f64 = of_told.map(|(m, _)| m.0).sum();
     let parts: BTreeSet<String> = group.iter().cloned().collect();
     let one_by_one = Whole::of_parts(&links);
     let whole = wholes.iter().find(|w| w.parts == parts).or(one_by_one.as_ref());
@@ -241,7 +245,7 @@ fn share_friction(
         (w.mass, (w.sd / w.mass).max(1e-4))
     });
     let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
-    for (part, portion) in links.iter().zip(portions(&masses, group_mass)) {
+    for (part, portion) in links.iter().zip(portions(&masses, &told, group_mass)) {
         write_share(
             &mut model.twin,
             part,
@@ -349,7 +353,7 @@ mod tests {
     fn the_friction_of_a_part_that_was_weighed_is_as_open_as_that_of_the_group() {
         let masses = [(0.35, 0.7), (0.3, 1e-3)];
         let (mass, force) = ((0.8, 0.3), 3.9);
-        let found = portions(&masses, mass);
+        let found = portions(&masses, &[false, true], mass);
         let (low, top) = (found[0], found[1]);
         // Of one kind with its own weight: the force is mu m g with the group's mu.
         let mu = force / (mass.0 * 9.81);
@@ -363,11 +367,22 @@ mod tests {
 
     #[test]
     fn parts_that_nobody_weighed_are_as_open_as_their_shapes() {
-        let found = portions(&[(0.4, 0.7), (0.1, 0.7)], (0.5, 0.4));
+        let found = portions(&[(0.4, 0.7), (0.1, 0.7)], &[false; 2], (0.5, 0.4));
         assert!((found[0].share - 0.8).abs() < 1e-12, "{found:?}");
         assert!(
             found[1].share_sd > found[0].share_sd && found[1].mass_sd > 0.8,
             "{found:?}"
         );
+    }
+
+    /// The upper one was pushed by itself, which tells its mass badly; the lower one bears what is left of the group's.
+    #[test]
+    fn a_part_whose_mass_is_told_badly_keeps_it_and_the_sum_stays() {
+        let (masses, group) = ([(0.5, 0.7), (0.325, 0.3)], (0.88, 0.25));
+        let [low, top] = portions(&masses, &[false, true], group).try_into().expect("two");
+        assert!((low.share + top.share - 1.0).abs() < 1e-12);
+        assert!((top.share * group.0 - 0.325).abs() < 1e-12, "{top:?}");
+        // As doubtful as what is taken away.
+        assert!(low.share_sd > 0.2, "{low:?}");
     }
 }

@@ -61,7 +61,7 @@ fn diagnosed(
     whole.hand_down(model);
     let (capture, segmented) = (&whole.capture, &whole.segmented);
     let mut found = diagnosis::diagnose(capture, segmented, &whole.model, faults, &options.diagnosis, notices)?;
-    whole.unfold(&mut found.traces);
+    whole.unfold(&mut found);
     Ok(found)
 }
 

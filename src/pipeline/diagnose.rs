@@ -4,7 +4,8 @@
 use super::Options;
 use super::extend::held;
 use super::given::{FORCE, doubt_carriers, table_friction};
-use super::welded::{Welded, as_lumps, bare, lumps_of};
+use super::lumps::{as_lumps, lumps_of};
+use super::welded::{Welded, bare};
 use crate::base::{Estimate, Notices, Result};
 use crate::capture::Capture;
 use crate::stages::{diagnosis, estimation, interaction};
@@ -46,7 +47,7 @@ pub fn diagnose(
         ..
     } = &whole;
     let mut diagnosed = diagnosis::diagnose(capture, segmented, model, &faults, &options.diagnosis, notices)?;
-    whole.unfold(&mut diagnosed.traces);
+    whole.unfold(&mut diagnosed);
     Ok(diagnosed)
 }
 

@@ -8,6 +8,7 @@ mod doubt;
 mod explore;
 mod extend;
 mod given;
+mod lumps;
 mod options;
 mod pass;
 mod symmetries;

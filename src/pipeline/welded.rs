@@ -1,16 +1,17 @@
 //! A capture and a model as one that has no fixed joints: what they hold to each other is one thing with one track, and is
 //! pushed, lifted and pressed as one.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use nalgebra::{Point3, Vector3};
 
+use super::lumps::{as_lumps, lumps_of};
 use super::{Options, assemble};
 use crate::base::{Estimate, Notices, Pose, Result, Status};
-use crate::capture::{BodyPrior, Capture, Interaction, PoseStream, Segmented};
-use crate::stages::diagnosis::{Path, Trace};
+use crate::capture::{Capture, Segmented};
+use crate::stages::diagnosis::{Diagnosed, Level, Number, Path};
 use crate::stages::estimation::{self, always_as_one};
-use crate::twin::{Link, Lump, Lumped, Model, RelationKind, lumped};
+use crate::twin::{Link, Lump, Model, RelationKind, lumped};
 
 /// What a diagnosis is made of, with one thing for all that moves as one.
 pub(super) struct Welded {
@@ -83,19 +84,31 @@ impl Welded {
         }
     }
 
-    /// Says where members go with the wholes.
-    pub(super) fn unfold(&self, traces: &mut [Trace]) {
-        for trace in traces {
-            for lump in &self.lumps {
+    /// Says of the members what was found of the wholes: where they go, and by how much their friction is another.
+    pub(super) fn unfold(&self, found: &mut Diagnosed) {
+        for lump in &self.lumps {
+            let others = || lump.members.iter().filter(|(name, _)| *name != lump.name);
+            for trace in &mut found.traces {
                 let Some(path) = trace.paths.get(&lump.name).cloned() else {
                     continue;
                 };
-                for (name, place) in lump.members.iter().filter(|(name, _)| *name != lump.name) {
+                for (name, place) in others() {
                     let poses = path.poses.iter().map(|p| Pose(p.0 * place.0)).collect();
                     let time = path.time.clone();
                     trace.paths.insert(name.clone(), Path { time, poses });
                 }
             }
+            let shared = |l: &&Level| l.of == lump.name && l.number == Number::Friction;
+            let own: Vec<Level> = found.levels.iter().filter(shared).cloned().collect();
+            let of = |name: &String| {
+                own.iter()
+                    .map(|l| Level {
+                        of: name.clone(),
+                        ..l.clone()
+                    })
+                    .collect::<Vec<_>>()
+            };
+            found.levels.extend(others().flat_map(|(name, _)| of(name)));
         }
     }
 }
@@ -167,85 +180,17 @@ pub(super) fn bare(given: &Model) -> Model {
     out
 }
 
-/// The model with one link for all that is held to each other, by the names that the capture tracks.
-pub(super) fn lumps_of(capture: &Capture, model: &Model) -> Lumped {
-    lumped(model, |name| {
-        let meant = |i: &&Interaction| i.target.as_deref() == Some(name);
-        let tracked = capture
-            .interactions
-            .iter()
-            .filter(|i| i.tracks.contains_key(name))
-            .count();
-        2 * tracked + capture.interactions.iter().filter(meant).count()
-    })
-}
-
-/// The capture with one track for each lump, and lumps as what is touched.
-pub(super) fn as_lumps(capture: &Capture, lumps: &[Lump]) -> Capture {
-    let mut out = capture.clone();
-    let several: Vec<&Lump> = lumps.iter().filter(|l| l.members.len() > 1).collect();
-    for lump in &several {
-        weigh(&mut out.bodies, lump);
-    }
-    for interaction in &mut out.interactions {
-        for lump in &several {
-            let member = |name: &str| lump.members.iter().find(|(n, _)| n == name);
-            if let Some(target) = interaction.target.as_mut().filter(|t| member(t).is_some()) {
-                target.clone_from(&lump.name);
-            }
-            let own = own_track(&interaction.tracks, lump);
-            interaction.tracks.retain(|name, _| member(name).is_none());
-            if let Some(track) = own {
-                interaction.tracks.insert(lump.name.clone(), track);
-            }
-        }
-    }
-    out
-}
-
-/// What is stated of the members is stated of the lump: its mass where that of every member is.
-fn weigh(bodies: &mut Vec<BodyPrior>, lump: &Lump) {
-    let member = |name: &str| lump.members.iter().any(|(n, _)| n == name);
-    let stated: Vec<(f64, f64)> = bodies
-        .iter()
-        .filter(|b| member(&b.name))
-        .filter_map(|b| Some((b.mass?, b.mass_sd.unwrap_or(0.0))))
-        .collect();
-    let whole = stated.len() == lump.members.len();
-    bodies.retain(|b| b.name == lump.name || !member(&b.name));
-    if let Some(own) = bodies.iter_mut().find(|b| b.name == lump.name) {
-        own.mass = whole.then(|| stated.iter().map(|s| s.0).sum());
-        own.mass_sd = whole.then(|| stated.iter().map(|s| s.1.powi(2)).sum::<f64>().sqrt());
-        own.mesh = None;
-    }
-}
-
-/// The track of the lump's own member, else that of another, carried over.
-fn own_track(tracks: &BTreeMap<String, PoseStream>, lump: &Lump) -> Option<PoseStream> {
-    if let Some(own) = tracks.get(&lump.name) {
-        return Some(own.clone());
-    }
-    let (track, place) = lump
-        .members
-        .iter()
-        .find_map(|(name, place)| Some((tracks.get(name)?, place)))?;
-    let mut out = track.clone();
-    for i in 0..track.len() {
-        if let Some(pose) = track.pose(i) {
-            let Pose(carried) = Pose(pose.0 * place.0.inverse());
-            out.position[i] = carried.translation.vector.into();
-            out.rotation[i] = Some(carried.rotation);
-        }
-    }
-    Some(out)
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::{Translation3, UnitQuaternion};
 
+    use std::collections::BTreeMap;
+
+    use super::super::lumps::weigh;
     use super::*;
-    use crate::twin::{Body, FORMAT, Provenance, Twin};
+    use crate::capture::BodyPrior;
+    use crate::stages::diagnosis::Trace;
+    use crate::twin::{Body, FORMAT, Lumped, Provenance, Twin};
 
     const DOWN: f64 = 0.03;
 
@@ -377,17 +322,26 @@ mod tests {
     }
 
     #[test]
-    fn members_go_where_the_whole_goes() {
+    fn members_go_where_the_whole_goes_and_rub_as_it_does() {
         let path = Path {
             time: vec![0.0],
             poses: vec![at(0.1)],
         };
-        let mut traces = [Trace {
+        let mut found = Diagnosed::skipped();
+        found.traces.push(Trace {
             paths: BTreeMap::from([("low".to_owned(), path)]),
             ..Trace::default()
-        }];
-        welded().unfold(&mut traces);
+        });
+        found.levels.push(Level {
+            of: "low".into(),
+            number: Number::Friction,
+            log: (-0.2, 0.01),
+        });
+        welded().unfold(&mut found);
+        let traces = &found.traces;
         let top = &traces[0].paths["top"].poses[0];
         assert!((top.0.translation.z - 0.1 - DOWN).abs() < 1e-12);
+        let of: Vec<&str> = found.levels.iter().map(|l| l.of.as_str()).collect();
+        assert_eq!(of, ["low", "top"]);
     }
 }

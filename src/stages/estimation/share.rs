@@ -195,12 +195,8 @@ fn share_friction(
     let Some((others, _)) = facts.shared.first() else {
         return;
     };
-    let pushes: Vec<Push> = facts
-        .shared
-        .iter()
-        .filter(|(o, _)| o == others)
-        .map(|(_, p)| p.clone())
-        .collect();
+    let of_all = facts.shared.iter().filter(|(o, _)| o == others);
+    let pushes: Vec<Push> = of_all.map(|(_, p)| p.clone()).collect();
     let mut group = vec![name.to_string()];
     group.extend(others.iter().cloned());
     let links = links_of(&model.twin, &group);

@@ -46,7 +46,7 @@ fn joined(
     Ok(unproven)
 }
 
-/// What is wrong with it; what fixed joints hold together is foretold and judged as the one thing that it is.
+/// What is wrong with it; what fixed joints hold together, or only ever went as one, is foretold and judged as the one thing that it is.
 fn diagnosed(
     capture: &Capture,
     segmented: &[Segmented],

@@ -1,7 +1,7 @@
 //! A capture and a model as one that has no fixed joints: what they hold to each other is one thing with one track, and is
 //! pushed, lifted and pressed as one.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Point3, Vector3};
 
@@ -11,7 +11,7 @@ use crate::base::{Estimate, Notices, Pose, Result, Status};
 use crate::capture::{Capture, Segmented};
 use crate::stages::diagnosis::{Diagnosed, Level, Number, Path};
 use crate::stages::estimation::{self, always_as_one};
-use crate::twin::{Link, Lump, Model, RelationKind, lumped};
+use crate::twin::{Link, Lump, Lumped, Model, RelationKind};
 
 /// What a diagnosis is made of, with one thing for all that moves as one.
 pub(super) struct Welded {
@@ -20,6 +20,8 @@ pub(super) struct Welded {
     pub(super) model: Model,
     /// Those of several members.
     lumps: Vec<Lump>,
+    /// Their centres of mass as their members have them.
+    centres: BTreeMap<String, Estimate<[f64; 3]>>,
 }
 
 impl Welded {
@@ -41,6 +43,7 @@ impl Welded {
         Some(Self {
             capture,
             segmented,
+            centres: centres(&whole),
             model: whole.model,
             lumps: whole.lumps,
         })
@@ -66,11 +69,11 @@ impl Welded {
             let Some(whole) = self.model.twin.link(&lump.name) else {
                 continue;
             };
-            if let Some(own) = model.twin.link_mut(&lump.name) {
+            let lowest = lowest(model, lump);
+            if let Some(own) = model.twin.link_mut(&lowest) {
                 rub_as(own, whole);
             }
-            let merged = lumped(model, |name| usize::from(name == lump.name));
-            let sum = merged.model.twin.link(&lump.name).and_then(|l| l.com.as_ref());
+            let sum = self.centres.get(&lump.name);
             let Some((found, sum)) = whole.com.as_ref().filter(|c| c.is_measured()).zip(sum) else {
                 continue;
             };
@@ -125,6 +128,23 @@ fn as_held(capture: &Capture, segmented: &[Segmented], model: &Model) -> Model {
     }
     assemble::weld(&mut out);
     out
+}
+
+fn centres(whole: &Lumped) -> BTreeMap<String, Estimate<[f64; 3]>> {
+    let of = |l: &Lump| Some((l.name.clone(), whole.model.twin.link(&l.name)?.com.clone()?));
+    whole.lumps.iter().filter_map(of).collect()
+}
+
+/// The member that reaches lowest at the first view; that which gives the lump its name where no shape is known.
+fn lowest(model: &Model, lump: &Lump) -> String {
+    let low = |name: &str| -> Option<f64> {
+        let link = model.twin.link(name)?;
+        let mesh = model.meshes.get(link.mesh.as_ref()?)?;
+        mesh.vertices.iter().map(|v| (link.pose.0 * v).z).reduce(f64::min)
+    };
+    let reach = lump.members.iter().filter_map(|(name, _)| Some((name, low(name)?)));
+    let found = reach.min_by(|a, b| a.1.total_cmp(&b.1));
+    found.map_or_else(|| lump.name.clone(), |(name, _)| name.clone())
 }
 
 /// Whether touches told anything of it.
@@ -184,13 +204,11 @@ pub(super) fn bare(given: &Model) -> Model {
 mod tests {
     use nalgebra::{Translation3, UnitQuaternion};
 
-    use std::collections::BTreeMap;
-
     use super::super::lumps::weigh;
     use super::*;
     use crate::capture::BodyPrior;
     use crate::stages::diagnosis::Trace;
-    use crate::twin::{Body, FORMAT, Lumped, Provenance, Twin};
+    use crate::twin::{Body, FORMAT, Provenance, Twin, lumped};
 
     const DOWN: f64 = 0.03;
 
@@ -241,7 +259,9 @@ mod tests {
     }
 
     fn welded() -> Welded {
-        let Lumped { model, lumps } = lumped(&glued(), |name| usize::from(name == "low"));
+        let whole = lumped(&glued(), |name| usize::from(name == "low"));
+        let centres = centres(&whole);
+        let Lumped { model, lumps } = whole;
         Welded {
             capture: Capture {
                 root: std::path::PathBuf::new(),
@@ -259,6 +279,7 @@ mod tests {
             segmented: Vec::new(),
             model,
             lumps,
+            centres,
         }
     }
 
@@ -316,6 +337,19 @@ mod tests {
             "{:?}",
             now.value
         );
+        // Two that no joint holds in the twin, but only ever went as one, move as much.
+        let mut loose = glued();
+        loose.twin.bodies[0].joints.clear();
+        whole.hand_down(&mut loose);
+        let of = |model: &Model, name: &str| {
+            model
+                .twin
+                .link(name)
+                .and_then(|l| l.com.clone())
+                .expect("a centre")
+                .value
+        };
+        assert!(["low", "top"].iter().all(|n| of(&loose, n) == of(&model, n)));
         let [low, top] = ["low", "top"].map(|n| model.twin.link(n).expect("a member").clone());
         assert!(low.friction.kinetic.is_some() && top.friction.kinetic.is_none());
         assert!(top.com.is_some_and(|c| c.status == Status::Assumed));

@@ -61,8 +61,8 @@ pub struct Ladder {
     pub tried: Vec<(usize, f64)>,
     /// What the effects that were taken up do not explain.
     pub left: Option<Evidence>,
-    /// What interactions that were fitted show beyond doubt, and those that were held out speak against: something is wrong that
-    /// has no name.
+    /// What interactions that were fitted show beyond doubt, and those that were held out do not bear out: something is wrong
+    /// that has no name.
     pub overruled: Option<Evidence>,
 }
 

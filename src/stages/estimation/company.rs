@@ -81,22 +81,31 @@ fn displacement(interaction: &Interaction, name: &str) -> Option<(Vector3<f64>, 
     Some((track.position[last] - track.position[first], turn))
 }
 
-/// Whether two went as one whenever either of them went, at least once.
+/// Whether two went as one whenever either of them went, at least once, from where they were in each other's frame; what was held
+/// out is not asked.
 pub fn always_as_one(capture: &Capture, segmented: &[Segmented], twin: &Twin, pair: [&str; 2]) -> bool {
-    let went = |cut: &Segmented, name: &str| cut.phases.iter().any(|p| p.moving.iter().any(|m| m == name));
-    let mut moved = segmented
-        .iter()
-        .filter(|cut| pair.iter().any(|name| went(cut, name)))
-        .peekable();
-    let as_one = |cut: &Segmented| {
-        let run = capture.interactions.iter().find(|i| i.name == cut.interaction)?;
-        let rigid = |others: &[String]| others.iter().any(|o| o == pair[1]);
-        let company = company(run, cut, pair[0], twin);
-        Some(matches!(company, Company::Rigid(others) if rigid(&others)) && stayed(run, pair))
+    let went = |cut: &Segmented| {
+        let moving = |name: &str| cut.phases.iter().any(|p| p.moving.iter().any(|m| m == name));
+        pair.iter().any(|name| moving(name))
     };
-    moved.peek().is_some() && moved.all(|cut| as_one(cut) == Some(true))
+    let mut first: Option<Isometry3<f64>> = None;
+    let mut as_one = |run: &Interaction, cut: &Segmented| -> Option<bool> {
+        let [from, _] = places(run.tracks.get(pair[0])?, run.tracks.get(pair[1])?)?;
+        let [m, rad] = apart(first.get_or_insert(from), &from);
+        let company = company(run, cut, pair[0], twin);
+        let rigid = matches!(company, Company::Rigid(others) if others.iter().any(|o| o == pair[1]));
+        Some(rigid && stayed(run, pair) && m < AGAIN[0] && rad < AGAIN[1])
+    };
+    let runs = capture.fitted();
+    let cut_of = |run: &Interaction| segmented.iter().find(|s| s.interaction == run.name);
+    let mut moved = runs
+        .filter_map(|run| Some((run, cut_of(run).filter(|cut| went(cut))?)))
+        .peekable();
+    moved.peek().is_some() && moved.all(|(run, cut)| as_one(run, cut) == Some(true))
 }
 
+/// How far they may be from where they were in each other's frame before, m and rad.
+const AGAIN: [f64; 2] = [4e-3, 0.06];
 /// How far two may have moved against each other, m and rad, the noise of some poses in it.
 const SHIFTED: [f64; 2] = [1.2e-3, 0.02];
 /// Poses of which the middle is taken.
@@ -112,21 +121,27 @@ fn stayed(run: &Interaction, [first, second]: [&str; 2]) -> bool {
 
 /// By how much the second has moved in the frame of the first, m and rad.
 fn shift(first: &PoseStream, second: &PoseStream) -> Option<[f64; 2]> {
-    let seen = |k: &usize| first.pose(*k).is_some() && second.pose(*k).is_some();
-    let rows: Vec<usize> = (0..first.len().min(second.len())).filter(seen).collect();
-    let n = POSES.min(rows.len());
-    let before = placed(first, second, &rows[..n])?;
-    let after = placed(first, second, &rows[rows.len() - n..])?;
-    let between = before.inverse() * after;
-    Some([between.translation.vector.norm(), between.rotation.angle()])
+    let [before, after] = places(first, second)?;
+    Some(apart(&before, &after))
+}
+
+fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>) -> [f64; 2] {
+    let between = a.inverse() * b;
+    [between.translation.vector.norm(), between.rotation.angle()]
+}
+
+/// Where the second is in the frame of the first at the beginning and at the end, by the first and the last poses of each.
+fn places(first: &PoseStream, second: &PoseStream) -> Option<[Isometry3<f64>; 2]> {
+    let seen = |t: &PoseStream| -> Vec<Isometry3<f64>> { (0..t.len()).filter_map(|k| Some(t.pose(k)?.0)).collect() };
+    let (a, b) = (seen(first), seen(second));
+    let n = POSES.min(a.len()).min(b.len());
+    let at_first = placed(&a[..n], &b[..n])?;
+    Some([at_first, placed(&a[a.len() - n..], &b[b.len() - n..])?])
 }
 
 /// Where the second is in the frame of the first, the middle of some poses.
-fn placed(first: &PoseStream, second: &PoseStream, rows: &[usize]) -> Option<Isometry3<f64>> {
-    let each: Vec<Isometry3<f64>> = rows
-        .iter()
-        .filter_map(|k| Some(first.pose(*k)?.0.inverse() * second.pose(*k)?.0))
-        .collect();
+fn placed(first: &[Isometry3<f64>], second: &[Isometry3<f64>]) -> Option<Isometry3<f64>> {
+    let each: Vec<Isometry3<f64>> = first.iter().zip(second).map(|(a, b)| a.inverse() * b).collect();
     let start = each.first()?.rotation;
     let middle = |of: &dyn Fn(&Isometry3<f64>) -> f64| median(&each.iter().map(of).collect::<Vec<f64>>());
     let place = |k: usize| middle(&|p| p.translation.vector[k]);

@@ -85,7 +85,7 @@ fn portions(masses: &[(f64, f64)], told: &[bool], total: (f64, f64)) -> Vec<Port
     };
     let taken = sum_of(&pick(&weighed));
     let known = taken.0 / total.0;
-    let left = 1.0 - known;
+    let left = (1.0 - known).max(1.0 - MOST);
     let open = (total.1 * known).hypot(taken.1 * known) / left;
     let one = |k: usize| {
         if weighed(&k) {
@@ -230,16 +230,14 @@ fn share_friction(
         name,
         format!("only moved together with {}: only {sum} is measured", others.join(", ")),
     );
-    let (log, group_sd) = supposed(&masses, sliding.kinetic.value / g, mu);
     let told: Vec<bool> = links.iter().map(|l| l.mass.is_some()).collect();
-    let of_told = masses.iter().zip(&told).filter(|(m, told)| m.1 < WEIGHED || **told);
-    let weighed: f64 = of_told.map(|(m, _)| m.0).sum();
     let parts: BTreeSet<String> = group.iter().cloned().collect();
     let one_by_one = Whole::of_parts(&links);
     let whole = wholes.iter().find(|w| w.parts == parts).or(one_by_one.as_ref());
-    let group_mass = whole.map_or((log.exp().max(weighed / MOST), group_sd), |w| {
-        (w.mass, (w.sd / w.mass).max(1e-4))
-    });
+    let group_mass = whole.map_or_else(
+        || mass_of_all(&masses, &told, supposed(&masses, sliding.kinetic.value / g, mu)),
+        |w| (w.mass, (w.sd / w.mass).max(1e-4)),
+    );
     let known = format!("{sum} = {:.4} N", sliding.kinetic.value);
     for (part, portion) in links.iter().zip(portions(&masses, &told, group_mass)) {
         write_share(
@@ -259,6 +257,17 @@ fn share_friction(
     if let Some(whole) = whole.filter(|_| bears) {
         whole.tells_friction(&mut model.twin, name, &sliding.kinetic, g);
     }
+}
+
+/// Mass of a group that was not weighed, and the standard deviation of its logarithm: of parts that are `told` their sum, else what is
+/// `supposed` of it, but no less than leaves something to the others.
+fn mass_of_all(masses: &[(f64, f64)], told: &[bool], (log, sd): (f64, f64)) -> (f64, f64) {
+    if told.iter().all(|t| *t) {
+        return sum_of(masses);
+    }
+    let of_told = masses.iter().zip(told).filter(|(m, told)| m.1 < WEIGHED || **told);
+    let least = of_told.map(|(m, _)| m.0).sum::<f64>() / MOST;
+    (log.exp().max(least), sd)
 }
 
 /// Logarithm of a group's mass and its standard deviation: the shapes' opinion and the `force` of friction, in weights of 1 kg,
@@ -380,5 +389,10 @@ mod tests {
         assert!((top.share * group.0 - 0.325).abs() < 1e-12, "{top:?}");
         // As doubtful as what is taken away.
         assert!(low.share_sd > 0.2, "{low:?}");
+        // Where both are told, the whole is their sum, whatever is supposed of it.
+        let (whole, sd) = mass_of_all(&[(0.5, 0.01), (0.325, 0.3)], &[true; 2], (0.0, 0.2));
+        assert!((whole - 0.825).abs() < 1e-12 && sd > 0.1 && sd < 0.13, "{sd}");
+        let (open, _) = mass_of_all(&masses, &[false, true], (0.2_f64.ln(), 0.2));
+        assert!((open - 0.325 / MOST).abs() < 1e-12);
     }
 }

@@ -18,7 +18,7 @@ pub struct Gave {
 const MOST: f64 = 5.5;
 /// Static friction is at most this many times the kinetic one.
 const STATIC: f64 = 2.5;
-/// Seconds after its peak by which the load of a bond is gone.
+/// Seconds after its peak by which the load of a bond is gone, where nothing is left of it.
 const GONE: f64 = 0.1;
 /// Density of what may have been struck, kg/m³, and the standard deviation of the logarithm of what a blow then tells
 /// of it: of density, of rebound.
@@ -91,10 +91,12 @@ pub fn pushed_off(run: &Interaction, parted: f64, upper: &Placed) -> Option<Gave
     let touch = force.windows(3).position(|w| w.iter().all(|f| *f > 3.0 * noise))?;
     let top = peak(&time, &force, time[touch], parted + 0.15)?;
     let fell = (top.at..force.len()).find(|i| force[*i] < 0.5 * top.force)?;
-    // What stays up after the peak is friction, and where it falls in the end the tool has gone.
-    let stays = time[fell] - time[top.at] > GONE;
     let end = time.partition_point(|t| *t <= time[fell] + 1.0);
-    let after = median(if stays { &force[top.at..fell] } else { &force[fell..end] })?;
+    let after = median(&force[fell..end])?;
+    // What stays up after the peak and falls to nothing in the end is friction under a tool that then goes away.
+    if time[fell] - time[top.at] > GONE && after < 6.0 * noise {
+        return None;
+    }
     if top.force < STATIC * after + 6.0 * noise {
         return None;
     }

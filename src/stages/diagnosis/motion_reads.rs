@@ -29,6 +29,12 @@ const STEADY: f64 = 0.8;
 const CLOSED: f64 = 0.1;
 /// How far above the usual force a range ends that cuts off the large ones.
 pub(super) const CUTS: f64 = 1.1;
+/// Share that ends of the range of each axis leave of how much the force varies, in squares, where they are what it varies by.
+const AXES: f64 = 0.2;
+/// Median of the square of a normal number.
+const MIDDLE: f64 = 0.455;
+/// Forces over the end of a range that are tried for what drives the joint.
+const FORCES: [f64; 8] = [1.1, 1.3, 1.6, 2.0, 2.5, 3.2, 4.0, 6.0];
 /// A parent that moves by more than this does not stand, m.
 const STANDS: f64 = 3e-3;
 /// Weight of a sample below which nothing is foretold.
@@ -221,6 +227,22 @@ impl Motions {
         let moving = self.moments.iter().flatten().filter(|m| !m.still);
         let each: Vec<f64> = moving.map(|m| (m.way * (m.load / m.lever.max(1e-9))).amax()).collect();
         median(&each).unwrap_or(0.0)
+    }
+
+    /// Whether the force that is read while it moves goes with its direction as that of a sensor whose axes each end at `limit`, N: along the
+    /// diagonals more is read than along an axis. Friction is the same all round.
+    pub(super) fn goes_by_axes(&self, limit: f64) -> bool {
+        let moving = || self.moments.iter().flatten().filter(|m| !m.still);
+        let read = |m: &Moved| m.load.abs() / m.lever.max(1e-9);
+        // Medians, for motions start and turn about with forces of their own; less what the noise makes of them.
+        let noise = |m: &Moved| (self.sheet.kinds[0].sigma / m.lever.max(1e-9)).powi(2);
+        let middle = |of: &dyn Fn(&Moved) -> f64| median(&moving().map(of).collect::<Vec<f64>>()).unwrap_or(0.0);
+        let off = |of: &dyn Fn(&Moved) -> f64| middle(&|m| (read(m) - of(m)).powi(2) - MIDDLE * noise(m));
+        let cut = |m: &Moved, force: f64| m.way.dot(&(m.way * force).map(|f| f.clamp(-limit, limit)));
+        let ended = FORCES.map(|times| off(&|m| cut(m, times * limit)));
+        let (usual, least) = (middle(&read), ended.into_iter().fold(f64::INFINITY, f64::min));
+        let varies = off(&|_| usual);
+        varies > middle(&noise) && least < AXES * varies
     }
 
     /// Values of a group's samples while it moves.

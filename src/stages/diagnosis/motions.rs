@@ -331,7 +331,9 @@ impl Family for Motions {
         let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW) && values[1].exp() < RESOLVED * self.span;
         plays
             || motion_bars::usual(form, values)
-            || form == form::SATURATION_ROOM && values[0].exp() < CUTS * self.usual()
+            || form == form::SATURATION_ROOM
+                && values[0].exp() < CUTS * self.usual()
+                && !self.goes_by_axes(values[0].exp())
     }
 
     fn may_be_negligible(&self, law: usize, values: &[f64], sds: &[f64]) -> bool {

@@ -344,6 +344,8 @@ fn segmented() -> Segmented {
         phases: kinds.into_iter().enumerate().map(phase).collect(),
         force_noise: None,
         force_tare: None,
+        preload: None,
+        tare_doubt: 0.0,
         position_noise: None,
         rotation_noise: None,
     }

@@ -41,6 +41,10 @@ pub struct Segmented {
     pub force_noise: Option<f64>,
     /// Force reading without contact (tare), N, where there was rest.
     pub force_tare: Option<nalgebra::Vector3<f64>>,
+    /// Load of a hand that held already when the recording began, N, where others of the capture tell it from the tare.
+    pub preload: Option<nalgebra::Vector3<f64>>,
+    /// How far the tare may be off, N, since nothing tells it from such a load.
+    pub tare_doubt: f64,
     /// Noise of tracked positions per axis at rest, m (1 sd).
     pub position_noise: Option<f64>,
     /// Noise of tracked rotations per axis at rest, rad (1 sd).

@@ -24,20 +24,25 @@ const LEAST_PATH: f64 = 0.01;
 
 /// Held points of things that stand on a table are hardly higher than this above it, m.
 const TALLEST: f64 = 0.25;
+/// What is clear of the support by more than this does not stand on it, m.
+const HANGS: f64 = 0.01;
 /// Sine of the angle to the support below which a path keeps level.
 const LEVEL: f64 = 0.05;
 
-/// Adds the joints of things that were pulled while nothing else was tracked and nothing carries them.
+/// Adds the joints of things that were led along while nothing else was tracked and nothing carries them.
 pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, out: &mut Articulation) {
-    let pulls = capture.fitted().filter(|i| i.kind == Kind::Pull && i.tracks.len() <= 1);
-    let targets: BTreeSet<&str> = pulls.filter_map(about).collect();
+    let alone = capture.fitted().filter(|i| leads(i, true) && i.tracks.len() <= 1);
+    let targets: BTreeSet<&str> = alone.filter_map(about).collect();
     for target in targets {
         let known = out.joints.iter().any(|j| j.child == target || j.parent == target);
+        let own = || capture.fitted().filter(|i| about(i) == Some(target));
+        let hangs = hangs(capture, model, target);
+        let led = own().any(|i| leads(i, hangs));
         let stands = capture.support.is_some() && model.twin.link(target).is_some_and(|l| l.mesh.is_some());
-        let joint = if known || stands {
+        let joint = if known || !led || (stands && !hangs) {
             None
         } else {
-            pulled(capture, model, config, notices, target)
+            pulled(capture, model, config, notices, (target, hangs))
         };
         if let Some(joint) = joint {
             for name in [WORLD, target] {
@@ -49,6 +54,31 @@ pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &
             out.joints.push(joint);
         }
     }
+}
+
+/// Pulls lead a thing along, and pushes do what hangs in the air: it would fall if nothing held it.
+fn leads(run: &Interaction, hangs: bool) -> bool {
+    run.kind == Kind::Pull || (hangs && run.kind == Kind::Push)
+}
+
+/// Whether a thing whose surface is known is clear of the support wherever an interaction begins, with nothing below it that is tracked.
+fn hangs(capture: &Capture, model: &Model, target: &str) -> bool {
+    let Some(support) = &capture.support else { return false };
+    let tracked = |name: &str| capture.interactions.iter().any(|i| i.tracks.contains_key(name));
+    let others = || model.twin.links().filter(|(_, l)| l.name != target && tracked(&l.name));
+    let pose_in = |run: &Interaction| -> Option<Isometry3<f64>> {
+        let track = run.tracks.get(target)?;
+        let rotation = track.rotation.first().copied().flatten()?;
+        let position = track.position.first().filter(|p| p.x.is_finite())?;
+        Some(Isometry3::from_parts(position.coords.into(), rotation))
+    };
+    let clear = |pose: Isometry3<f64>| {
+        let mesh = world_mesh(model, target, &pose)?;
+        let height = |v: &nalgebra::Point3<f64>| support.normal.dot(&(v - support.point));
+        Some(mesh.vertices.iter().map(height).fold(f64::INFINITY, f64::min))
+    };
+    let mut lowest = capture.fitted().filter_map(|i| clear(pose_in(i)?)).peekable();
+    others().next().is_none() && lowest.peek().is_some() && lowest.all(|h| h > HANGS)
 }
 
 /// What a pull is of: its target, else the one thing that was tracked.
@@ -134,10 +164,16 @@ const OF_A_PATH: [JointKind; 4] = [
     JointKind::Screw,
 ];
 
-/// The joint that the pulls of one thing show.
-fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notices, target: &str) -> Option<Joint> {
+/// The joint that what led one thing along shows.
+fn pulled(
+    capture: &Capture,
+    model: &Model,
+    config: &Config,
+    notices: &mut Notices,
+    (target, hangs): (&str, bool),
+) -> Option<Joint> {
     let mut runs: Vec<Led> = Vec::new();
-    let own = |i: &&Interaction| i.kind == Kind::Pull && about(i) == Some(target);
+    let own = |i: &&Interaction| leads(i, hangs) && about(i) == Some(target);
     for run in capture.fitted().filter(own) {
         if let Some((samples, way)) = samples_of(capture, run, target) {
             let selection = select(&samples, &OF_A_PATH, config.world_reach)?;
@@ -165,7 +201,7 @@ fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notic
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
         return silent(format!("its path is best {kind:?} ({probability:.2})").to_lowercase());
     }
-    if runs.iter().all(|r| could_glide(capture, r)) {
+    if !hangs && runs.iter().all(|r| could_glide(capture, r)) {
         let way = if kind == JointKind::Prismatic {
             "a line"
         } else {
@@ -201,7 +237,7 @@ fn pulled(capture: &Capture, model: &Model, config: &Config, notices: &mut Notic
     };
     let (anchor, placement) = surroundings(model, target, best);
     // Beside a support something may carry it after all.
-    let held = if capture.support.is_some() { HELD } else { 1.0 };
+    let held = if capture.support.is_some() && !hangs { HELD } else { 1.0 };
     let mut joint = describe(&pair, &selection, &anchor, &placement, held);
     for from in [&mut joint.axis.from, &mut joint.origin.from] {
         *from = runs.iter().map(|r| r.run.name.clone()).collect();

@@ -77,6 +77,10 @@ fn overruled(family: &dyn Family, taken: &Taken) -> Evidence {
     }
 }
 
+/// Share of the error, and log evidence, nats, below which an effect that nothing was held out for says nothing.
+const NOTHING: f64 = 0.03;
+const PLAIN: f64 = 15.0;
+
 /// Measures each effect on held-out interactions, beside those before it that stand.
 fn judge(family: &dyn Family, ladder: &mut Ladder) {
     let mut laws: Vec<usize> = Vec::new();
@@ -144,6 +148,10 @@ fn judged(
     let further = !first && taken.gain < LESSER * ladder.taken[0].gain;
     let hollow = further && hollow(family, ladder, &gain, taken.law);
     let ruins = ladder.left.is_some() && gain.reduction < RUINS && above_noise(family, &gain, taken.law);
+    // Where none was held out, what leaves the error of those that were fitted as it is explains nothing.
+    if gain.held_out.is_empty() && gain.reduction < NOTHING && taken.gain < PLAIN {
+        return None;
+    }
     let vetoed =
         !gain.held_out.is_empty() && (idle || faint || hollow || ruins || (worse || misplaced) && !foretells());
     (!vetoed).then_some(gain)

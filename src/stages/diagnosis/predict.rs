@@ -1,16 +1,14 @@
 //! Predicts one interaction and lays the prediction beside what was measured.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Point3, Vector3};
 
+use super::lifted::lift;
 use super::slide::slide_curves;
 use super::trace::Predicted;
-use super::{Curve, Path, Quantity, Trace};
-use crate::base::Pose;
+use super::{Curve, Quantity, Trace};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
-use crate::math::{interpolate, local_quadratic, median};
-use crate::physics::{Action, Press, predict_lift, predict_press, predict_tilt};
+use crate::math::{interpolate, median};
+use crate::physics::{Action, Press, predict_press, predict_tilt};
 use crate::stages::estimation::{action_of, first_rest, rest_pose, support_normal};
 use crate::twin::Model;
 
@@ -146,120 +144,6 @@ fn hold(scene: &Scene) -> Outcome {
     } else {
         curves_alone(curves, None)
     }
-}
-
-/// The load of everything that is held to the lifted link.
-fn carried(model: &Model, target: &str) -> Option<Vec<(String, f64)>> {
-    let body = model.twin.body_of(target)?;
-    body.links
-        .iter()
-        .map(|l| Some((l.name.clone(), l.mass.as_ref()?.value)))
-        .collect()
-}
-
-fn lift(scene: &Scene, action: &Action) -> Outcome {
-    let loads = carried(scene.model, &action.target).ok_or("the mass of what is lifted is not known")?;
-    let total: f64 = loads.iter().map(|(_, m)| m).sum();
-    let gravity = scene.capture.gravity;
-    let up = support_normal(scene.capture, scene.model);
-    let (time, force, noise) = scene.binned_force(0.01).ok_or("there is no force")?;
-    let height: Vec<f64> = action.tool.position.iter().map(|p| p.coords.dot(&up)).collect();
-    let ground = median(&height[..height.len().div_ceil(10)]).unwrap_or(0.0);
-    let raised: Vec<f64> = time
-        .iter()
-        .map(|t| interpolate(&action.tool.time, &height, *t).unwrap_or(f64::NAN) - ground)
-        .collect();
-    let link = scene
-        .model
-        .twin
-        .link(&action.target)
-        .ok_or("the lifted link is not in the twin")?;
-    // The weight, and what speeds it up.
-    let speeding = |t: f64| Some(local_quadratic(&action.tool.time, &height, t, SPEEDING)?.acceleration);
-    let weight = predict_lift(link, &action.start[&action.target], &action.tool.position[0], &gravity).map_or(
-        -gravity * total,
-        |(f, _)| {
-            f * (total
-                / loads
-                    .iter()
-                    .find(|(n, _)| *n == action.target)
-                    .map_or(total, |(_, m)| *m))
-        },
-    );
-    // Where the tool starts or stops the force is a blow.
-    let predicted = raised.iter().zip(&time).map(|(h, t)| {
-        let acceleration = speeding(*t).filter(|a| *h > 0.004 && a.abs() < BLOW);
-        acceleration.map_or(f64::NAN, |a| weight.dot(&up) + total * a)
-    });
-    let predicted = predicted.collect();
-    let mut curves = vec![Curve {
-        label: "force upwards".into(),
-        quantity: Quantity::Force,
-        time,
-        measured: force.iter().map(|f| f.dot(&up)).collect(),
-        predicted,
-        noise,
-    }];
-    curves.extend(raised_curves(scene, action, &height, ground));
-    Ok(Predicted {
-        curves,
-        paths: raised_paths(scene, action, &height, ground),
-        ..Predicted::default()
-    })
-}
-
-/// Half the span over which a tool's acceleration is taken, s, and the acceleration from which it starts or stops, m/s².
-const SPEEDING: f64 = 0.08;
-const BLOW: f64 = 0.3;
-
-/// The same as poses.
-fn raised_paths(scene: &Scene, action: &Action, height: &[f64], ground: f64) -> BTreeMap<String, Path> {
-    let up = support_normal(scene.capture, scene.model);
-    let rest = first_rest(scene.interaction, scene.segmented);
-    let body = scene.model.twin.body_of(&action.target);
-    let along = |name: &str| body.is_some_and(|b| b.links.iter().any(|l| l.name == name));
-    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
-        let start = rest_pose(track, rest)?;
-        let raised = |h: &f64| {
-            let mut pose = start;
-            if along(name) {
-                pose.0.translation.vector += up.into_inner() * (h - ground).max(0.0);
-            }
-            pose
-        };
-        let path = Path {
-            time: action.tool.time.clone(),
-            poses: height.iter().map(raised).collect(),
-        };
-        Some((name.clone(), path))
-    };
-    scene.interaction.tracks.iter().filter_map(of).collect()
-}
-
-/// What is held to the lifted link rises with the tool, everything else stays.
-fn raised_curves(scene: &Scene, action: &Action, height: &[f64], ground: f64) -> Vec<Curve> {
-    let up = support_normal(scene.capture, scene.model);
-    let rest = first_rest(scene.interaction, scene.segmented);
-    let body = scene.model.twin.body_of(&action.target);
-    let along = |name: &str| body.is_some_and(|b| b.links.iter().any(|l| l.name == name));
-    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
-        let start: Pose = rest_pose(track, rest)?;
-        let from = start.translation.vector.dot(&up);
-        let rise = |t: &f64| interpolate(&action.tool.time, height, *t).map_or(f64::NAN, |h| (h - ground).max(0.0));
-        Some(Curve {
-            label: format!("{name}: upwards"),
-            quantity: Quantity::Position,
-            time: track.time.clone(),
-            measured: track.position.iter().map(|p| p.coords.dot(&up) - from).collect(),
-            predicted: track
-                .time
-                .iter()
-                .map(|t| if along(name) { rise(t) } else { 0.0 })
-                .collect(),
-            noise: scene.position_noise(),
-        })
-    };
-    scene.interaction.tracks.iter().filter_map(of).collect()
 }
 
 fn press(scene: &Scene, action: &Action) -> Outcome {

@@ -71,7 +71,7 @@ pub struct State {
     pub at: Vector2<f64>,
     /// How far it has turned about the normal since the capture began, rad.
     pub turn: f64,
-    /// What the table bears over the weight: a hand that holds may press down, or take weight off.
+    /// What the table bears over the weight: a hand that holds may press down, or take weight off, and a finger does so by its friction.
     pub loaded: f64,
     /// Force of the tool in the plain model, N.
     pub force: Vector2<f64>,
@@ -91,8 +91,11 @@ pub struct State {
 pub struct Observed {
     /// Whose friction is felt: the body, with what moved along with it.
     pub body: String,
-    /// Normal load, N.
+    /// Normal load, N, and whether it was weighed.
     pub load: f64,
+    pub weighed: bool,
+    /// A hand held it, which may press down or take weight off as it likes.
+    pub held: bool,
     pub noise: f64,
     pub largest: f64,
     pub along: Vector2<f64>,
@@ -134,6 +137,7 @@ impl Observed {
             wait,
             first: last.is_none(),
             worn: last.map_or(0.0, |l| l.1) + history.slid_before(&link.name),
+            strained: scene.segmented.is_some_and(|s| s.preload.is_some()),
         };
         let (mut states, measured, slip) = moments(
             interaction,
@@ -163,17 +167,16 @@ impl Observed {
             s.phases = rings.map_or([0.0; 2], |r| r.phases(since, BIN));
             s.inertia *= mass;
         }
-        let held = link
-            .mass
-            .as_ref()
-            .filter(|m| m.is_told() && action.tool.hold != Hold::Push);
-        borne(&mut states, scene, &normal, held.map(|m| m.value * action.gravity));
+        borne(&mut states, scene, &normal, load);
+        let weighed = link.mass.as_ref().is_some_and(|m| m.is_told());
         let (states, measured, spread) = windows(&states, &measured, &along, noise?);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
         let largest = finite.fold(0.0, f64::max);
         Some(Self {
             body: whose,
             load,
+            weighed,
+            held: action.tool.hold != Hold::Push,
             noise: noise?,
             largest,
             along,
@@ -215,14 +218,14 @@ fn ringing(
     Ringing::of(&time, &force, within, swings)
 }
 
-/// Makes of the force along the normal what the table bears over the `weight`, N, of what is held.
-fn borne(states: &mut [State], scene: &Scene, normal: &Vector3<f64>, weight: Option<f64>) {
+/// Makes of the force along the normal what the table bears over the `weight`, N, of what is moved.
+fn borne(states: &mut [State], scene: &Scene, normal: &Vector3<f64>, weight: f64) {
     let tare = scene
         .segmented
         .and_then(|s| s.force_tare)
         .map_or(0.0, |t| t.dot(normal));
     for s in states {
-        s.loaded = weight.map_or(1.0, |w| (1.0 - (s.loaded - tare) / w).clamp(LOADS[0], LOADS[1]));
+        s.loaded = (1.0 - (s.loaded - tare) / weight).clamp(LOADS[0], LOADS[1]);
     }
 }
 
@@ -245,6 +248,8 @@ struct Past {
     wait: f64,
     first: bool,
     worn: f64,
+    /// A hand held already, and strained at what rested.
+    strained: bool,
 }
 
 /// The moments at which the tool moves the body steadily or nothing touches, the forces there, and the slip in all.
@@ -277,7 +282,7 @@ fn moments(
         let foretold = moment.force.norm() > 0.0;
         let steady = moment.speed > STEADY * usual || sets_out;
         let contact = within && foretold && slip > SETTLED && steady && pushes(*t, moment.speed);
-        let rest = *t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6;
+        let rest = !past.strained && (*t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6);
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;
         }

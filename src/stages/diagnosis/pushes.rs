@@ -27,9 +27,6 @@ const TURNING: f64 = 0.3;
 /// Log evidence, nats, from which on a law that is tried once is named.
 const ONE_TRY: f64 = 5.0;
 
-/// Largest load over the least from which on friction may be asked whether it depends on it.
-const LOADS_VARY: f64 = 1.3;
-
 /// Highest speed of the tool over the lowest from which on friction may be asked whether it depends on speed.
 const PACES: f64 = 1.4;
 
@@ -37,6 +34,8 @@ const PACES: f64 = 1.4;
 const OF_THE_FINGER: f64 = 0.3;
 /// Fewest pushes from which a cause is named.
 const FEWEST: usize = 3;
+/// How far the logarithm of a weight that nobody weighed may be off.
+const HEAVIER: f64 = 0.4;
 
 /// All pushes of single bodies.
 #[derive(Clone)]
@@ -48,8 +47,11 @@ pub struct Pushes {
     /// Which log friction scales a group.
     pub(super) bodies: Vec<usize>,
     pub(super) names: Vec<String>,
-    /// Normal load of each body, N.
+    /// Normal load of each body, N, and whether it was weighed.
     pub(super) loads: Vec<f64>,
+    pub(super) weighed: Vec<bool>,
+    /// Groups in which a hand held the body.
+    pub(super) held: Vec<bool>,
     /// Force of the plain model on each body where it does not turn, N.
     even: Vec<f64>,
     /// How each body could be pushed next.
@@ -60,7 +62,7 @@ pub struct Pushes {
     pub(super) plane: [Vector3<f64>; 2],
     /// What the weight does along a support that is known not to be level, over the load.
     lean: Vector2<f64>,
-    largest: f64,
+    pub(super) largest: f64,
     /// The lowest and the highest speed of the tool, m/s.
     paces: [f64; 2],
     /// How the tool met the bodies, each with the number of the body.
@@ -103,12 +105,14 @@ impl Pushes {
             let index = names.iter().position(|n| *n == seen.body).unwrap_or_else(|| {
                 names.push(seen.body.clone());
                 out.loads.push(seen.load);
+                out.weighed.push(seen.weighed);
                 names.len() - 1
             });
             out.largest = out.largest.max(seen.largest);
             out.bodies.push(index);
             out.blows.push((index, seen.blow.clone()));
             out.along.push(seen.along);
+            out.held.push(seen.held);
             out.sheet.groups.push(seen.group());
             out.states.push(seen.states);
         }
@@ -122,17 +126,7 @@ impl Pushes {
             jitter: 0.0,
         };
         out.sheet.kinds = vec![force.clone(), force];
-        out.sheet.base = names
-            .iter()
-            .map(|_| Parameter::amplitude("log_friction", "1", 0.5))
-            .collect();
-        out.sheet.base.push(Parameter {
-            high: 1.5,
-            ..Parameter::positive("static_excess", "1", 0.2)
-        });
-        out.sheet.base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
-        // What the limit surface misses of a foot that turns is the same in every push.
-        out.sheet.base.push(Parameter::amplitude("turning", "1", TURNING));
+        out.sheet.base = out.numbers(&names);
         out.even = (0..out.loads.len()).map(|body| out.evenly(body)).collect();
         out.done = out.states.len();
         out.ready = names.iter().map(|n| Ready::of(model, &plane, n)).collect();
@@ -143,6 +137,27 @@ impl Pushes {
         Some(out)
     }
 
+    /// The numbers of the plain model.
+    fn numbers(&self, names: &[String]) -> Vec<Parameter> {
+        let mut base: Vec<Parameter> = names
+            .iter()
+            .map(|_| Parameter::amplitude("log_friction", "1", 0.5))
+            .collect();
+        base.push(Parameter {
+            high: 1.5,
+            ..Parameter::positive("static_excess", "1", 0.2)
+        });
+        base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
+        // What the limit surface misses of a foot that turns is the same in every push.
+        base.push(Parameter::amplitude("turning", "1", TURNING));
+        // What a finger adds or takes off counts by the weight.
+        let pressed = |g: usize| !self.weighed[self.bodies[g]] && self.states[g].iter().any(|s| s.loaded != 1.0);
+        if (0..self.states.len()).any(pressed) {
+            base.push(Parameter::amplitude("log_weight", "1", HEAVIER));
+        }
+        base
+    }
+
     fn nothing(plane: [Vector3<f64>; 2], lean: Vector2<f64>) -> Self {
         Self {
             sheet: Sheet::default(),
@@ -151,6 +166,8 @@ impl Pushes {
             bodies: Vec::new(),
             names: Vec::new(),
             loads: Vec::new(),
+            weighed: Vec::new(),
+            held: Vec::new(),
             even: Vec::new(),
             ready: Vec::new(),
             along: Vec::new(),
@@ -208,36 +225,6 @@ impl Pushes {
         // It stays where the last window of a push ended, half a window beyond its middle.
         let ends = towards.map(|s| way.dot(&s.at) + 0.5 * WIDTH);
         ends.fold(active.values[2], f64::max)
-    }
-
-    /// Where and which way each group's body went: its usual heading and the places of its states.
-    pub fn ways(&self) -> impl Iterator<Item = (Vector2<f64>, Vec<Vector2<f64>>)> {
-        let of = |(along, states): (&Vector2<f64>, &Vec<State>)| {
-            let at = states.iter().filter(|s| s.contact).map(|s| s.at);
-            (*along, at.collect())
-        };
-        self.along.iter().zip(&self.states).map(of)
-    }
-
-    /// All states in which a body is moved, of fitted and held-out interactions.
-    pub fn moving(&self) -> impl Iterator<Item = &State> {
-        self.states.iter().flatten().filter(|s| s.contact)
-    }
-
-    /// Whether the table bore much more in some of them than in others.
-    pub fn loads_vary(&self) -> bool {
-        let mean = |states: &Vec<State>| {
-            let borne: Vec<f64> = states.iter().filter(|s| s.contact).map(|s| s.loaded).collect();
-            median(&borne)
-        };
-        let each: Vec<f64> = self.states.iter().filter_map(mean).collect();
-        let most = each.iter().copied().fold(0.0, f64::max);
-        most > LOADS_VARY * each.iter().copied().fold(f64::INFINITY, f64::min)
-    }
-
-    /// Largest force that was read, N.
-    pub fn largest(&self) -> f64 {
-        self.largest
     }
 }
 
@@ -300,6 +287,8 @@ impl Family for Pushes {
         let load = self.loads[self.bodies[group]];
         let (along, even) = (self.along[group], self.even[self.bodies[group]]);
         let across = Vector2::new(-along.y, along.x);
+        let weighed = self.weighed[self.bodies[group]];
+        let weight = base.get(bodies + 3).filter(|_| !weighed).map_or(1.0, |w| w.exp());
         let mut out = vec![0.0; 2 * n];
         let mut reached: Vec<f64> = active.iter().map(|a| self.reached_before(group, a)).collect();
         for (i, s) in states.iter().enumerate() {
@@ -307,7 +296,8 @@ impl Family for Pushes {
             let drift = scatter[4] * (s.slip / 0.03) + scatter[5] * s.turned.abs();
             let turning = (1.0 - s.force.norm() / even).max(0.0) * base[bodies + 2];
             let mut share = 1.0 + excess * (-s.slip / length).exp() + drift + turning;
-            let (mut table, mut offset) = (-self.lean * (load * s.loaded), Vector2::zeros());
+            let loaded = (1.0 - (1.0 - s.loaded) / weight).max(0.0);
+            let (mut table, mut offset) = (-self.lean * (load * loaded), Vector2::zeros());
             let mut viscous = 0.0;
             for (a, reached) in active.iter().zip(&mut reached) {
                 push_laws::pushed_along(a, s, reached, &mut viscous);
@@ -319,7 +309,7 @@ impl Family for Pushes {
             }
             let force = if s.contact {
                 push_laws::held(
-                    &(s.force * (level * share * s.loaded) + s.heading * (viscous + s.inertia)),
+                    &(s.force * (level * share * loaded) + s.heading * (viscous + s.inertia)),
                     &table,
                 )
             } else {

@@ -24,6 +24,9 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
             "{other} was shoved along: what that adds to the force is not foretold"
         ));
     }
+    if hangs_on_nothing_seen(scene, &action.target) {
+        return Err("it hangs on a joint: the load along it is foretold".into());
+    }
     let track = scene.interaction.tracks.get(&action.target);
     if action.tool.hold == Hold::Push && track.is_some_and(|t| tumbles(t, &action.normal)) {
         return Err("it rolls or tips over: how it goes is not foretold".into());
@@ -65,11 +68,21 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
     })
 }
 
+/// Whether a joint holds it to something that nobody saw or tracked: it does not stand on the support.
+fn hangs_on_nothing_seen(scene: &Scene, target: &str) -> bool {
+    let twin = &scene.model.twin;
+    let mut holding = twin.joints().filter(|j| j.child == target).map(|j| &j.parent);
+    let seen = |name: &String| twin.link(name).is_some_and(|l| l.mesh.is_some());
+    holding.any(|parent| !seen(parent) && !scene.interaction.tracks.contains_key(parent))
+}
+
 /// Share of the way by which a body comes to rest from the speed of the tool that it may be thrown ahead by the blow of it, and
 /// what friction is taken where none is told, and reach of what turns, m.
 const THROWN: f64 = 0.5;
 const RUBS: f64 = 0.3;
 const REACH: f64 = 0.03;
+/// Samples of a steady touch at least.
+const STEADILY: usize = 15;
 /// The briefest touch of which a mean force is asked, s.
 const BRIEFEST: f64 = 0.1;
 
@@ -138,17 +151,17 @@ fn curves_of(scene: &Scene, action: &Action, found: &PushPrediction, direction: 
     curves
 }
 
-/// What the table bears over the weight, where a hand holds what is weighed: it may press down, or take weight off.
-fn borne(scene: &Scene, action: &Action, force: &[Vector3<f64>]) -> Vec<f64> {
-    let mass = scene.model.twin.link(&action.target).and_then(|l| l.mass.as_ref());
-    let weight = mass.filter(|m| m.is_told()).map(|m| m.value * action.gravity);
-    let jointed = scene
-        .model
-        .twin
-        .body_of(&action.target)
-        .is_some_and(|b| b.links.len() > 1);
-    let held = weight.filter(|_| action.tool.hold != Hold::Push && !jointed);
-    let share = |f: &Vector3<f64>| held.map_or(1.0, |w| (1.0 - f.dot(&action.normal) / w).max(0.0));
+/// What the table bears over the weight: a hand that holds what is weighed may press down, or take weight off, and the friction of a
+/// finger's tip does so, too.
+fn borne(scene: &Scene, action: &Action, found: &PushPrediction, force: &[Vector3<f64>]) -> Vec<f64> {
+    let twin = &scene.model.twin;
+    let mass = |name: &str| twin.link(name).and_then(|l| l.mass.as_ref());
+    let own = mass(&action.target).filter(|m| m.is_told() || action.tool.hold == Hold::Push);
+    let carried = found.carried.iter().filter_map(|name| mass(name));
+    let all = own.map(|m| m.value + carried.map(|m| m.value).sum::<f64>());
+    let jointed = twin.body_of(&action.target).is_some_and(|b| b.links.len() > 1);
+    let weight = all.filter(|_| !jointed).map(|m| m * action.gravity);
+    let share = |f: &Vector3<f64>| weight.map_or(1.0, |w| (1.0 - f.dot(&action.normal) / w).max(0.0));
     force.iter().map(share).collect()
 }
 
@@ -163,7 +176,7 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
     let (time, force, noise) = scene.binned_force(0.01)?;
     let rubbed: Vec<f64> = found.prediction.force.iter().map(|f| f.dot(direction)).collect();
     let touches = Touches::of(action, found);
-    let borne = borne(scene, action, &force);
+    let borne = borne(scene, action, found, &force);
     let weighed = pulled_along(scene, action, direction);
     let inertial = inertial(scene, action, found, direction);
     // What takes hold of a body does so while all rests.
@@ -173,9 +186,12 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         .and_then(|s| s.phases.first())
         .filter(|p| held && p.kind == PhaseKind::Rest);
     let before = rest.map_or(f64::NEG_INFINITY, |p| p.end).max(touches.first()) - 0.5 * SETTLE;
+    // A hand that holds already may strain at what rests as it likes.
+    let strained = scene.segmented.is_some_and(|s| s.preload.is_some());
     let at = |(t, borne): (&f64, &f64)| {
         if *t < before {
-            return (held || touches.none() || touches.apart(*t)).then_some(0.0);
+            let idle = held || touches.none() || touches.apart(*t);
+            return (idle && !strained).then_some(0.0);
         }
         let along = interpolate(&found.prediction.time, &rubbed, *t)?;
         let more = interpolate(&found.prediction.time, &inertial, *t)?;
@@ -187,11 +203,19 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         };
         touches.steady(*t).then_some(felt)
     };
+    let mut predicted: Vec<f64> = time.iter().zip(&borne).map(|row| at(row).unwrap_or(f64::NAN)).collect();
+    // A touch of one or two samples is a blow, and none of them is steady.
+    let moved = |(t, p): (&f64, &f64)| *t >= before && p.is_finite() && touches.touching(*t);
+    if time.iter().zip(&predicted).filter(|row| moved(*row)).count() < STEADILY {
+        let blow = |t: &f64| *t >= before && touches.touching(*t);
+        let struck = time.iter().zip(&mut predicted).filter(|(t, _)| blow(t));
+        struck.for_each(|(_, p)| *p = f64::NAN);
+    }
     Some(Curve {
         label: "force along the motion".into(),
         quantity: Quantity::Force,
         measured: force.iter().map(|f| f.dot(direction)).collect(),
-        predicted: time.iter().zip(&borne).map(|row| at(row).unwrap_or(f64::NAN)).collect(),
+        predicted,
         time,
         noise,
     })

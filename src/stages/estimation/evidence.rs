@@ -103,7 +103,7 @@ pub(super) fn tare_of(interaction: &Interaction, segmented: &Segmented) -> Tare 
         .as_ref()
         .and_then(|s| mean_wrench(s, s.time.first().copied()?, before, &Tare::default()));
     let torque = quiet
-        .filter(|q| q.rows >= 20)
+        .filter(|q| q.rows >= 20 && segmented.preload.is_none())
         .and_then(|q| q.torque)
         .unwrap_or_default();
     Tare { force, torque }

@@ -84,7 +84,7 @@ pub(super) fn weigh(
         })
         .collect();
     let mean = correlated_mean(&carried)?;
-    let tare_sd = segmented.force_noise.unwrap_or(0.0) / 10.0;
+    let tare_sd = (segmented.force_noise.unwrap_or(0.0) / 10.0).hypot(segmented.tare_doubt);
     let untared = if segmented.force_tare.is_none() {
         0.02 * mean.mean.abs()
     } else {

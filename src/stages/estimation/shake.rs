@@ -166,6 +166,8 @@ mod tests {
             }],
             force_noise: None,
             force_tare: None,
+            preload: None,
+            tare_doubt: 0.0,
             position_noise: None,
             rotation_noise: None,
         };

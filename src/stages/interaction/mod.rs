@@ -7,6 +7,7 @@ mod contact;
 mod cut;
 mod doubtful;
 mod motion;
+mod preload;
 mod segment;
 mod sift;
 mod strangers;

@@ -7,6 +7,7 @@ use super::contact::{Contact, find_contact};
 use super::cut::{Instants, cut};
 use super::doubtful::doubtful;
 use super::motion::{Motion, measure_motion};
+use super::preload::tell_preloads;
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Kind, PoseStream, Segmented};
 use crate::math::{median, turned_displacement};
@@ -17,11 +18,13 @@ const STAGE: &str = "interaction";
 /// Cuts every interaction (held-out ones too) into phases, in the order of the capture.
 pub fn segment(capture: &Capture, _model: &Model, config: &Config, notices: &mut Notices) -> Result<Vec<Segmented>> {
     config.check()?;
-    Ok(capture
+    let mut all: Vec<Segmented> = capture
         .interactions
         .iter()
         .map(|i| segment_one(capture, i, config, notices))
-        .collect())
+        .collect();
+    tell_preloads(capture, &mut all);
+    Ok(all)
 }
 
 fn segment_one(capture: &Capture, interaction: &Interaction, config: &Config, notices: &mut Notices) -> Segmented {
@@ -72,6 +75,8 @@ fn segment_one(capture: &Capture, interaction: &Interaction, config: &Config, no
         phases: cut(instants, &motions, &touched, is_snapshot(interaction)),
         force_noise: contact.as_ref().map(|c| c.noise),
         force_tare: contact.as_ref().and_then(|c| c.tare),
+        preload: None,
+        tare_doubt: 0.0,
         position_noise: noise(|m| m.position_noise),
         rotation_noise: noise(|m| m.rotation_noise),
     }

@@ -1,0 +1,181 @@
+//! Lifts: what comes along, what that weighs, and where it goes.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::predict::{Outcome, Scene};
+use super::trace::Predicted;
+use super::{Curve, Path, Quantity};
+use crate::base::Pose;
+use crate::geometry::Mesh;
+use crate::math::{interpolate, local_quadratic, median};
+use crate::physics::{Action, predict_lift};
+use crate::stages::estimation::{first_rest, rest_pose, support_normal};
+use crate::twin::{Relation, RelationKind};
+
+/// The links that the twin says come along when one is lifted: those of its body, and what rests on any of them where the lift begins.
+fn comes_along(scene: &Scene, target: &str) -> Vec<String> {
+    let twin = &scene.model.twin;
+    let body = twin.body_of(target);
+    let mut along: Vec<String> = body.map_or_else(
+        || vec![target.to_owned()],
+        |b| b.links.iter().map(|l| l.name.clone()).collect(),
+    );
+    let rests = |a: &str, b: &str| {
+        let pair = |r: &&Relation| (r.a == a && r.b == b) || (r.a == b && r.b == a);
+        twin.relations
+            .iter()
+            .any(|r| r.kind == RelationKind::Resting && pair(&r))
+    };
+    let mut next = 0;
+    while next < along.len() {
+        let below = along[next].clone();
+        let above = twin.links().map(|(_, l)| &l.name);
+        let above: Vec<String> = above
+            .filter(|n| !along.contains(n) && rests(&below, n) && stands_on(scene, &below, n))
+            .cloned()
+            .collect();
+        along.extend(above);
+        next += 1;
+    }
+    along
+}
+
+/// Whether, where the interaction begins, the middle of one thing is above another's and within its outline's reach.
+fn stands_on(scene: &Scene, below: &str, above: &str) -> bool {
+    let up = support_normal(scene.capture, scene.model);
+    let rest = first_rest(scene.interaction, scene.segmented);
+    let surface = |name: &str| -> Option<Mesh> {
+        let link = scene.model.twin.link(name)?;
+        let track = scene.interaction.tracks.get(name);
+        let pose = track.and_then(|t| rest_pose(t, rest)).unwrap_or(link.pose);
+        Some(scene.model.meshes.get(link.mesh.as_ref()?)?.transformed(&pose.0))
+    };
+    let (Some(low), Some(high)) = (surface(below), surface(above)) else {
+        return false;
+    };
+    let middle = |mesh: &Mesh| {
+        let sum: Vector3<f64> = mesh.vertices.iter().map(|v| v.coords).sum();
+        sum / mesh.vertices.len().max(1) as f64
+    };
+    let (under, over) = (middle(&low), middle(&high));
+    let across = |v: Vector3<f64>| v - up.into_inner() * v.dot(&up);
+    let reach = low
+        .vertices
+        .iter()
+        .map(|v| across(v.coords - under).norm())
+        .fold(0.0, f64::max);
+    (over - under).dot(&up) > 0.0 && across(over - under).norm() < reach
+}
+
+/// The force upwards of what is lifted, with all that comes along, and where everything goes.
+pub fn lift(scene: &Scene, action: &Action) -> Outcome {
+    let along = comes_along(scene, &action.target);
+    let mass = |name: &String| Some(scene.model.twin.link(name)?.mass.as_ref()?.value);
+    let masses: Option<Vec<f64>> = along.iter().map(mass).collect();
+    let total: f64 = masses.ok_or("the mass of what is lifted is not known")?.iter().sum();
+    let gravity = scene.capture.gravity;
+    let up = support_normal(scene.capture, scene.model);
+    let (time, force, noise) = scene.binned_force(0.01).ok_or("there is no force")?;
+    let height: Vec<f64> = action.tool.position.iter().map(|p| p.coords.dot(&up)).collect();
+    let ground = median(&height[..height.len().div_ceil(10)]).unwrap_or(0.0);
+    let raised: Vec<f64> = time
+        .iter()
+        .map(|t| interpolate(&action.tool.time, &height, *t).unwrap_or(f64::NAN) - ground)
+        .collect();
+    let link = scene
+        .model
+        .twin
+        .link(&action.target)
+        .ok_or("the lifted link is not in the twin")?;
+    // The weight, and what speeds it up.
+    let speeding = |t: f64| Some(local_quadratic(&action.tool.time, &height, t, SPEEDING)?.acceleration);
+    let weight = predict_lift(link, &action.start[&action.target], &action.tool.position[0], &gravity)
+        .map_or(-gravity * total, |(f, _)| {
+            f * (total / mass(&action.target).unwrap_or(total))
+        });
+    // Where the tool starts or stops the force is a blow; on its way down it may set what it holds on something else.
+    let highest = |k: &usize| raised[*k];
+    let top = (0..raised.len()).filter(|k| raised[*k].is_finite());
+    let top = top.max_by(|a, b| highest(a).total_cmp(&highest(b)));
+    let held = top.map_or(f64::INFINITY, |k| HELD * raised[k]);
+    let down = top.and_then(|top| (top..raised.len()).find(|k| raised[*k] < held));
+    let down = down.map_or(f64::INFINITY, |k| time[k]);
+    let predicted = raised.iter().zip(&time).map(|(h, t)| {
+        let acceleration = speeding(*t).filter(|a| *h > 0.004 && a.abs() < BLOW && *t < down);
+        acceleration.map_or(f64::NAN, |a| weight.dot(&up) + total * a)
+    });
+    let predicted = predicted.collect();
+    let mut curves = vec![Curve {
+        label: "force upwards".into(),
+        quantity: Quantity::Force,
+        time,
+        measured: force.iter().map(|f| f.dot(&up)).collect(),
+        predicted,
+        noise,
+    }];
+    curves.extend(raised_curves(scene, action, (&height, ground), &along));
+    Ok(Predicted {
+        curves,
+        paths: raised_paths(scene, action, (&height, ground), &along),
+        ..Predicted::default()
+    })
+}
+
+/// Half the span over which a tool's acceleration is taken, s, and the acceleration from which it starts or stops, m/s².
+const SPEEDING: f64 = 0.08;
+const BLOW: f64 = 0.3;
+/// Share of its rise below which what is let down may have met something.
+const HELD: f64 = 0.5;
+
+/// The same as poses.
+fn raised_paths(
+    scene: &Scene,
+    action: &Action,
+    (height, ground): (&[f64], f64),
+    along: &[String],
+) -> BTreeMap<String, Path> {
+    let up = support_normal(scene.capture, scene.model);
+    let rest = first_rest(scene.interaction, scene.segmented);
+    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
+        let start = rest_pose(track, rest)?;
+        let raised = |h: &f64| {
+            let mut pose = start;
+            if along.contains(name) {
+                pose.0.translation.vector += up.into_inner() * (h - ground).max(0.0);
+            }
+            pose
+        };
+        let path = Path {
+            time: action.tool.time.clone(),
+            poses: height.iter().map(raised).collect(),
+        };
+        Some((name.clone(), path))
+    };
+    scene.interaction.tracks.iter().filter_map(of).collect()
+}
+
+/// What comes along rises with the tool, everything else stays.
+fn raised_curves(scene: &Scene, action: &Action, (height, ground): (&[f64], f64), along: &[String]) -> Vec<Curve> {
+    let up = support_normal(scene.capture, scene.model);
+    let rest = first_rest(scene.interaction, scene.segmented);
+    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
+        let start: Pose = rest_pose(track, rest)?;
+        let from = start.translation.vector.dot(&up);
+        let rise = |t: &f64| interpolate(&action.tool.time, height, *t).map_or(f64::NAN, |h| (h - ground).max(0.0));
+        Some(Curve {
+            label: format!("{name}: upwards"),
+            quantity: Quantity::Position,
+            time: track.time.clone(),
+            measured: track.position.iter().map(|p| p.coords.dot(&up) - from).collect(),
+            predicted: track
+                .time
+                .iter()
+                .map(|t| if along.contains(name) { rise(t) } else { 0.0 })
+                .collect(),
+            noise: scene.position_noise(),
+        })
+    };
+    scene.interaction.tracks.iter().filter_map(of).collect()
+}

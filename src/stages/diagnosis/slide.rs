@@ -24,8 +24,8 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
             "{other} was shoved along: what that adds to the force is not foretold"
         ));
     }
-    if hangs_on_nothing_seen(scene, &action.target) {
-        return Err("it hangs on a joint: the load along it is foretold".into());
+    if action.tool.hold == Hold::Push && hangs_on_nothing_seen(scene, &action.target) {
+        return Err("it hangs on a joint and swings on: the load along it is foretold".into());
     }
     let track = scene.interaction.tracks.get(&action.target);
     if action.tool.hold == Hold::Push && track.is_some_and(|t| tumbles(t, &action.normal)) {

@@ -12,14 +12,12 @@ use super::surface::{DEFAULT_FRICTION, Surface, surface_of};
 use super::unsayable::{SINKING, unsayable};
 use crate::base::{Error, Estimate, Result};
 use crate::geometry::Mesh;
-use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind, SUPPORT, texture_path};
+use crate::twin::{Body, Joint, JointKind, Link, Model, RelationKind, SUPPORT, WORLD, texture_path};
 
 /// Range of a slide whose ends were never reached and whose travel is unknown, m.
 const DEFAULT_TRAVEL: [f64; 2] = [-1.0, 1.0];
 /// How far the floor lies beneath things without a shape that hang on the world, m.
 const BENEATH: f64 = 1.0;
-/// A link of this name, as a root, holds its body to the world.
-const WORLD: &str = "world";
 
 /// Lays `model` out. Fails where the joints of a body do not make one tree.
 pub(super) fn lay_out(model: &Model) -> Result<Scene> {

@@ -12,7 +12,7 @@ use super::foot::{Foot, Pressed, Pressing, loaded};
 use super::quasistatic::Dissipator;
 use super::stance::{Placed, on_the_lower};
 use crate::base::{Estimate, Pose};
-use crate::twin::{Body, Joint, JointKind, Link, Model};
+use crate::twin::{Body, Joint, JointKind, Link, Model, WORLD};
 
 #[derive(Clone, Debug)]
 enum Freedom {
@@ -113,7 +113,7 @@ impl Linkage {
         links
             .iter_mut()
             .for_each(|l| l.pressing = l.foot.as_ref().and_then(Foot::pressing));
-        let anchored = body.links.first().is_some_and(|l| l.name == "world");
+        let anchored = body.links.first().is_some_and(|l| l.name == WORLD);
         let rubs = links.iter().any(|l| l.foot.is_some()) || anchored;
         rubs.then_some(Self {
             plane_from_world,

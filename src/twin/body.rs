@@ -6,6 +6,10 @@ use serde::{Deserialize, Serialize};
 use super::{Joint, SymmetryAxis, SymmetryCenter, SymmetryPlane};
 use crate::base::{Estimate, Pose};
 
+/// A link of this name is what things hang on that nobody saw or tracked; it has no place of its own, and as a root it holds its body
+/// to the world.
+pub const WORLD: &str = "world";
+
 /// What moves as one tree. A rigid body has one link.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Body {

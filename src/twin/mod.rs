@@ -22,7 +22,7 @@ mod structure;
 mod symmetry;
 mod truth;
 
-pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed};
+pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed, WORLD};
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{
     AskedTouch, BaseFit, Budget, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Profile,

@@ -15,10 +15,8 @@ use crate::base::Notices;
 use crate::capture::{
     Capture, Interaction, Kind, PoseStream, RelativePose, TrackNoise, path_of, position_noise, track_noise,
 };
-use crate::twin::{Joint, JointKind, Model};
+use crate::twin::{Joint, JointKind, Model, WORLD};
 
-/// The name of what the things hang on.
-const WORLD: &str = "world";
 /// Shortest path that says anything, m.
 const LEAST_PATH: f64 = 0.01;
 

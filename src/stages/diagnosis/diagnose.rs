@@ -34,7 +34,7 @@ use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
 use crate::stages::estimation::{Inertial, inertial, support_normal};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Profile, Verdict};
+use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Profile, Verdict, WORLD};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -195,9 +195,6 @@ fn two_clocks(
     let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
     delay_finding(slid).or_else(begun).or_else(of_blows)
 }
-
-/// What hangs on nothing that was tracked.
-const WORLD: &str = "world";
 
 /// Causes that act on a body at one place of the support.
 const AT_A_PLACE: [&str; 4] = ["magnet", "bump", "friction-patch", "hidden-body"];

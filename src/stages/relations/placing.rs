@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::Config;
 use crate::capture::Capture;
 use crate::geometry::{Mesh, gap};
-use crate::twin::{Link, Model};
+use crate::twin::{Link, Model, WORLD};
 
 /// One link at the first view.
 pub struct Placed {
@@ -29,9 +29,6 @@ pub enum Bearing {
     /// Their surfaces are not known; they are near enough to be held to each other.
     Perhaps,
 }
-
-/// The name of what things hang on that nobody saw or tracked; it has no place of its own.
-const WORLD: &str = "world";
 
 /// Every link of the model at the first view.
 pub fn placed(model: &Model) -> Vec<Placed> {

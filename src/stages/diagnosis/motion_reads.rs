@@ -50,6 +50,10 @@ fn rested(interaction: &Interaction, joint: &Joint) -> f64 {
     rows.max(1) as f64
 }
 
+/// Force below which nothing is touched, standard deviations, and the share of a motion without a touch from which it is one by itself.
+const FREE: f64 = 4.0;
+const SWINGS_ON: f64 = 0.3;
+
 /// One motion of a joint as it was read.
 pub(super) struct Read {
     pub interaction: String,
@@ -71,6 +75,13 @@ impl Read {
     pub(super) fn reach(&self) -> usize {
         let longest = self.halves.iter().copied().fold(0.0, f64::max);
         (longest / BIN).ceil() as usize
+    }
+
+    /// Whether what was struck moved on faster than `slow` (rad/s or m/s) with nothing touching it.
+    pub(super) fn swings_on(&self, slow: f64) -> bool {
+        let moving = || self.loads.iter().filter(|l| l.speed.abs() > slow);
+        let free = moving().filter(|l| l.load.abs() < FREE * self.noise * l.lever).count();
+        free as f64 > SWINGS_ON * moving().count() as f64
     }
 }
 
@@ -203,7 +214,8 @@ impl Motions {
             let sure = weights(self, g).into_iter().zip(&self.moments[g]);
             let rows = sure.zip(left(self, fit, g, true)).zip(&channel.measured);
             let foretold = rows.map(|(((w, m), e), x)| {
-                if w * fine(m) < SURE || m.still || m.unsure {
+                // The force of a blow is that of what gives at the finger.
+                if w * fine(m) < SURE || m.still || m.unsure || self.struck[g] {
                     f64::NAN
                 } else {
                     x - e

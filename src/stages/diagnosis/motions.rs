@@ -87,6 +87,8 @@ pub struct Motions {
     /// Where it can be taken hold of; whether its ends are known.
     pub(super) handle: Option<Handle>,
     pub(super) bounded: bool,
+    /// Of each group that was measured whether it was struck and swung on by itself.
+    pub(super) struck: Vec<bool>,
     /// Nothing but the path of a hand tells where it was.
     by_hand: bool,
     /// How well it is known where its position is 0, rad or m.
@@ -171,6 +173,7 @@ impl Motions {
             zero,
             turning: Turning::new(RESOLVED * (scale.range[1] - scale.range[0])),
             handle: None,
+            struck: Vec::new(),
             bounded: joint.limits.is_some(),
             by_hand: reads.iter().any(|r| r.by_hand),
             counted_from: reads.first().map_or(0.0, |r| r.zero),
@@ -181,8 +184,10 @@ impl Motions {
         }
         let spans = reads.iter().map(|r| (r.reach(), r.jitter));
         mark_stops(&mut out.moments, spans);
-        // A blow on a stop makes all that holds the part swing.
-        if out.moments.iter().flatten().any(|m| m.stop == Stop::Hit) {
+        // A blow on a stop makes all that holds the part swing, and so does one of a finger that lets it swing on.
+        out.struck = reads.iter().map(|r| r.swings_on(slow)).collect();
+        let struck = out.struck.iter().filter(|s| **s).count();
+        if 2 * struck > reads.len() || out.moments.iter().flatten().any(|m| m.stop == Stop::Hit) {
             out.sheet.laws.retain(|l| l.form != form::LOOSE);
         }
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();

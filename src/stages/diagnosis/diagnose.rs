@@ -25,6 +25,7 @@ use super::pushes::Pushes;
 use super::rolls::rolls;
 use super::sensor::{rounded_away, sensor_findings, taken_out};
 use super::sensor_lag::lag_of;
+use super::tares::tare_finding;
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
@@ -134,6 +135,7 @@ pub fn diagnose(
         frame_finding(capture, &slid)
     });
     findings.extend(sensor_findings(capture, faults, &traces));
+    findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {

@@ -79,6 +79,7 @@ mod slide;
 mod slide_touches;
 mod slope;
 mod structure;
+mod tares;
 mod together;
 mod told;
 mod toss_curves;

@@ -129,11 +129,8 @@ pub fn diagnose(
         let delay = two_clocks(&slid, (&curves, fast), model, &findings);
         take_up(&mut findings, delay);
     }
-    findings.extend(if righted.is_some() {
-        frame
-    } else {
-        frame_finding(capture, &slid)
-    });
+    let stands = frame.filter(|_| righted.is_some());
+    findings.extend(stands.or_else(|| frame_finding(capture, &slid)));
     findings.extend(sensor_findings(capture, faults, &traces));
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);

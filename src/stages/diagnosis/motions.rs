@@ -184,16 +184,20 @@ impl Motions {
         }
         let spans = reads.iter().map(|r| (r.reach(), r.jitter));
         mark_stops(&mut out.moments, spans);
-        // A blow on a stop makes all that holds the part swing, and so does one of a finger that lets it swing on.
-        out.struck = reads.iter().map(|r| r.swings_on(slow)).collect();
-        let struck = out.struck.iter().filter(|s| **s).count();
-        if 2 * struck > reads.len() || out.moments.iter().flatten().any(|m| m.stop == Stop::Hit) {
-            out.sheet.laws.retain(|l| l.form != form::LOOSE);
-        }
+        out.judge_blows(reads);
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
         out.sheet.base[1] = Parameter::positive("inertia", out.sheet.base[1].unit, 2.0 * largest / gain);
         Some(out)
+    }
+
+    /// A blow on a stop makes all that holds the part swing, and so does one of a finger that lets it swing on.
+    fn judge_blows(&mut self, reads: &[Read]) {
+        self.struck = reads.iter().map(|r| r.swings_on(self.slow)).collect();
+        let struck = self.struck.iter().filter(|s| **s).count();
+        if 2 * struck > reads.len() || self.moments.iter().flatten().any(|m| m.stop == Stop::Hit) {
+            self.sheet.laws.retain(|l| l.form != form::LOOSE);
+        }
     }
 
     /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.

@@ -269,7 +269,7 @@ mod tests {
     fn readings(off: impl Fn(f64, &UnitQuaternion<f64>) -> Vector3<f64>, turn: f64) -> Vec<Reading> {
         let one = |k: u32| {
             let rotation = UnitQuaternion::from_euler_angles(0.0, 0.0, turn * f64::from(k));
-            let wobble = Vector3::new(1.0, -1.0, 0.5) * if k % 2 == 0 { 0.004 } else { -0.004 };
+            let wobble = Vector3::new(1.0, -1.0, 0.5) * if k.is_multiple_of(2) { 0.004 } else { -0.004 };
             Reading {
                 name: format!("push-{k}"),
                 held_out: k == 5,

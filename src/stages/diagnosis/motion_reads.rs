@@ -289,19 +289,33 @@ mod tests {
         (0..100).map(load).collect()
     }
 
-    #[test]
-    fn a_slow_start_is_read_by_a_short_span_and_its_end_as_before() {
-        let calm = smoothed(0.36);
-        let mut read = Read {
+    fn read_of(loads: Vec<JointLoad>, half: f64) -> Read {
+        Read {
             interaction: "pull-00".into(),
             held_out: false,
-            halves: vec![0.36; calm.len()],
-            loads: calm.clone(),
+            halves: vec![half; loads.len()],
+            loads,
             noise: 0.01,
             jitter: 1e-4,
             zero: 0.0,
             by_hand: false,
-        };
+        }
+    }
+
+    #[test]
+    fn what_was_struck_swings_on_and_what_is_led_does_not() {
+        let mut read = read_of(smoothed(0.08), 0.08);
+        assert!(!read.swings_on(1e-3));
+        for load in read.loads.iter_mut().filter(|l| l.time > 0.6) {
+            load.load = 0.0;
+        }
+        assert!(read.swings_on(1e-3));
+    }
+
+    #[test]
+    fn a_slow_start_is_read_by_a_short_span_and_its_end_as_before() {
+        let calm = smoothed(0.36);
+        let mut read = read_of(calm.clone(), 0.36);
         brisk(&mut read, &smoothed(0.08), 0.08);
         // A tenth of a second after it set out it goes as fast as it will.
         let at = |t: f64| (t / BIN) as usize;

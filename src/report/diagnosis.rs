@@ -96,9 +96,14 @@ fn finding(f: &Finding, profile: Option<&Profile>) -> String {
         .map(|e| format!("<li>{}</li>", escape(&e.words)))
         .collect();
     let pictures = profile.map_or_else(String::new, pictures);
+    let judges = if gain.held_out.is_empty() {
+        "the interactions that were fitted, since none was held out"
+    } else {
+        "interactions that it was not fitted to"
+    };
     format!(
         "<article class=\"card\"><h3>{} <small>{}</small></h3>\n<p>Probability {}{}. It lowers the error of {} from {} to {} on \
-         interactions that it was not fitted to: {} of the error above the noise goes away.</p>\n<ul>{evidence}</ul>\n{pictures}{parameters}</article>\n",
+         {judges}: {} of the error above the noise goes away.</p>\n<ul>{evidence}</ul>\n{pictures}{parameters}</article>\n",
         escape(&f.cause),
         escape(&f.place),
         percent(f.probability),

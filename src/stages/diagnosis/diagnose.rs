@@ -25,7 +25,7 @@ use super::pushes::Pushes;
 use super::rolls::rolls;
 use super::sensor::{rounded_away, sensor_findings, taken_out};
 use super::sensor_lag::lag_of;
-use super::tares::tare_finding;
+use super::tares::{before_the_touch, tare_finding};
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
@@ -169,8 +169,8 @@ fn verdict_of(traces: &[Trace], findings: &[Finding], (left, overruled): (bool, 
         // What bears on inertia alone is no reason for a force that is off while it slides.
         Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(traces, config) => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
-        // What was taken out before anything was foretold does not explain what is left.
-        Verdict::Unknown if findings.iter().all(taken_out) => Verdict::Unknown,
+        // What was taken out, or read, before anything was foretold does not explain what is left.
+        Verdict::Unknown if findings.iter().all(|f| taken_out(f) || before_the_touch(f)) => Verdict::Unknown,
         _ if findings.is_empty() => Verdict::Adequate,
         _ => Verdict::Explained,
     }

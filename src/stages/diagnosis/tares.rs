@@ -3,12 +3,13 @@
 //! Weighted least squares over the means of what free tools read before they touched; the causes are of one catalogue with those of
 //! the ladders, which see less of it where forces along one freedom only are judged.
 
-use nalgebra::{DMatrix, DVector, Matrix3, SVD, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
-use crate::twin::Finding;
+use crate::math::weighted_linear;
+use crate::twin::{Finding, Gain};
 
 /// Share of the time before the touch that is surely before it, and the fewest samples of it.
 const BEFORE: f64 = 0.7;
@@ -28,6 +29,17 @@ const TEMPERATURE: f64 = 1.5;
 const MOST: f64 = 0.95;
 /// Odds below which a rival is not listed.
 const NEGLIGIBLE: f64 = 0.005;
+
+/// Where it shows.
+const BEFORE_THE_TOUCH: &str = "force before the touch";
+
+/// Whether a finding is of what free tools read: no prediction of a touch rests on it.
+pub fn before_the_touch(finding: &Finding) -> bool {
+    finding
+        .evidence
+        .iter()
+        .any(|e| e.residual.starts_with(BEFORE_THE_TOUCH))
+}
 
 /// What one free tool read.
 struct Reading {
@@ -137,16 +149,16 @@ struct Fitted {
 impl Fitted {
     fn of(way: Way, readings: &[&Reading]) -> Option<Self> {
         let rows = 3 * readings.len();
-        let whole: Vec<Matrix3<f64>> = readings.iter().map(|r| way.column(r) / r.sd).collect();
-        let a = DMatrix::from_fn(rows, 3, |i, j| whole[i / 3][(i % 3, j)]);
-        let y = DVector::from_fn(rows, |i, _| readings[i / 3].force[i % 3] / readings[i / 3].sd);
-        let solved = SVD::new(a.clone(), true, true).solve(&y, 1e-12).ok()?;
-        let covariance = (a.transpose() * &a).try_inverse()?;
+        let columns: Vec<Matrix3<f64>> = readings.iter().map(|r| way.column(r)).collect();
+        let a = DMatrix::from_fn(rows, 3, |i, j| columns[i / 3][(i % 3, j)]);
+        let y = DVector::from_fn(rows, |i, _| readings[i / 3].force[i % 3]);
+        let weights = DVector::from_fn(rows, |i, _| readings[i / 3].sd.powi(-2));
+        let fit = weighted_linear(&a, &y, &weights)?;
         Some(Self {
             way,
-            vector: Vector3::new(solved[0], solved[1], solved[2]),
-            covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
-            left: (y - a * solved).norm_squared(),
+            vector: Vector3::new(fit.x[0], fit.x[1], fit.x[2]),
+            covariance: fit.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+            left: fit.residuals.component_mul(&fit.residuals).dot(&weights),
         })
     }
 
@@ -229,7 +241,7 @@ fn told(all: &[Reading], largest: f64) -> Option<Finding> {
                 symbol,
                 Estimate::measured(value, named.sd(variance.sqrt()), unit, from, "readings of free tools"),
             ),
-            residual: "force before the touch",
+            residual: BEFORE_THE_TOUCH,
             statistic: clear,
             words: format!(
                 "what is read while nothing is touched {does}: {value:.3} {unit}, ({:.3}, {:.3}, {:.3}) in the frame of the {frame}",
@@ -242,7 +254,7 @@ fn told(all: &[Reading], largest: f64) -> Option<Finding> {
 }
 
 /// Error of the readings without it and with it: of those that were held out, or else each foretold from the others.
-fn judged(all: &[Reading], way: Way) -> crate::twin::Gain {
+fn judged(all: &[Reading], way: Way) -> Gain {
     let held: Vec<&Reading> = all.iter().filter(|r| r.held_out).collect();
     let judges: Vec<&Reading> = if held.is_empty() {
         all.iter().collect()
@@ -293,6 +305,7 @@ mod tests {
         for (cause, all) in cases {
             let found = told(&all, 5.0).expect("clear");
             assert_eq!((found.cause.as_str(), found.probability > 0.9), (cause, true));
+            assert!(before_the_touch(&found));
             assert!(found.gain.reduction > 0.9 && found.gain.held_out == ["push-5"]);
         }
     }

@@ -13,6 +13,8 @@ use crate::twin::{CauseOdds, Evidence, Finding, Gain, Joint, JointKind, Model};
 
 /// Standard deviations from the plain value from which on it counts: p below 6e-7.
 const CLEAR: f64 = 5.0;
+/// Share of the error that it takes away below which it stands for something else.
+const LITTLE: f64 = 0.03;
 
 /// Damping and return springs that were measured beyond doubt, of joints of which nothing is `named` yet.
 pub fn joint_findings(capture: &Capture, segmented: &[Segmented], model: &Model, named: &[Finding]) -> Vec<Finding> {
@@ -44,6 +46,10 @@ fn finding(
     if statistic < CLEAR {
         return None;
     }
+    let gain = gain();
+    if gain.reduction < LITTLE {
+        return None;
+    }
     let evidence = Evidence {
         residual: format!("force over {}", value.from.join(", ")),
         test: "value over its standard deviation".into(),
@@ -59,7 +65,7 @@ fn finding(
         alternatives: Vec::<CauseOdds>::new(),
         parameters: BTreeMap::from([(name.to_owned(), value.clone())]),
         evidence: vec![evidence],
-        gain: gain(),
+        gain,
     })
 }
 

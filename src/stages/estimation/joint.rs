@@ -320,10 +320,11 @@ fn loads(
     for [start, end] in slides {
         let span = Span::of(end - start, config, at_work.led());
         let settling = config.settling.min(1.2 * span.block);
-        let mut t = start + settling + 0.5 * span.block;
-        while t + 0.5 * span.block <= end - 0.5 * settling {
-            // Where the speed changes within the span of its parabola it is not that of the block.
-            let half = span.led.unwrap_or(span.half);
+        // Where the speed changes within the span of its parabola it is not that of the block; a span that reaches to where it
+        // stands has less friction, and less speed, as of damping.
+        let half = span.led.unwrap_or(span.half);
+        let mut t = start + settling + half;
+        while t + half <= end - 0.5 * settling {
             let steady = |l: &JointLoad| l.acceleration.abs() * half < STEADY * l.speed.abs();
             out.extend(at_work.at(t, span).filter(steady));
             t += span.block;

@@ -44,7 +44,7 @@ pub fn extend(model: &mut Model, diagnosis: &Diagnosis, levels: &[Level]) {
         set(&mut model.twin, level);
     }
     for joint in model.twin.bodies.iter_mut().flat_map(|b| &mut b.joints) {
-        damp(joint, &diagnosis.findings);
+        relieve(joint, &diagnosis.findings);
     }
     doubt(model, diagnosis);
     doubt_what_is_left(model, diagnosis);
@@ -101,17 +101,21 @@ fn correct(number: &mut Estimate, level: &Level) {
     }
 }
 
-/// What resists more the faster a joint moves is what was named: a damping that was told without it would count twice.
-fn damp(joint: &mut Joint, findings: &[Finding]) {
+/// What resists more the faster a joint moves is what was named, and what pulls with its place is a weight where that was: a damping
+/// or a spring that was told without it would count twice.
+fn relieve(joint: &mut Joint, findings: &[Finding]) {
     let named = |cause: &str| {
         let mut own = findings.iter().filter(|f| f.place == joint.name && f.probability > 0.5);
         own.find(|f| f.cause == cause)
     };
-    if !BY_SPEED.iter().any(|cause| named(cause).is_some()) {
-        return;
+    let beside = |cause: &str, name: &str| named(cause).and_then(|f| f.parameters.get(name)).cloned();
+    if BY_SPEED.iter().any(|cause| named(cause).is_some()) {
+        joint.damping = beside("joint-damping", "b");
     }
-    let beside = named("joint-damping").and_then(|f| f.parameters.get("b")).cloned();
-    joint.damping = beside;
+    if named("joint-gravity").is_some() {
+        joint.stiffness = beside("joint-spring", "k");
+        joint.rest = beside("joint-spring", "q0");
+    }
 }
 
 /// Whether a joint has a place for it, and was given it.

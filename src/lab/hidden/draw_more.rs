@@ -8,6 +8,9 @@ use super::fault::Fault;
 use super::jointed::JointLaw;
 use super::law::Act;
 
+/// Load of a weight that the dry friction of every joint of these scenes holds, N·m.
+const HOLDS: f64 = 0.007;
+
 impl Draw {
     pub(super) fn elastic(&mut self, cause: &str) -> Option<Act> {
         let s = self.s;
@@ -106,10 +109,10 @@ impl Draw {
                 width: self.uniform("width", 0.05, 0.1),
             },
             "joint-gravity" => {
-                let way = self.heading() * (0.15 * s);
+                // What swings freely is found hanging at rest, within what friction holds.
                 JointLaw::Gravity {
-                    cos: self.say("cos", way.x),
-                    sin: self.say("sin", way.y),
+                    cos: self.uniform("cos", -HOLDS, HOLDS),
+                    sin: self.say("sin", -0.15 * s),
                 }
             }
             "soft-close" => JointLaw::SoftClose {

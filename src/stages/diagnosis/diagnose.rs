@@ -25,6 +25,7 @@ use super::pushes::Pushes;
 use super::rolls::rolls;
 use super::sensor::{rounded_away, sensor_findings, taken_out};
 use super::sensor_lag::lag_of;
+use super::shaking::{Shaking, beside_it, shaking};
 use super::tares::{before_the_touch, tare_finding};
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
@@ -142,7 +143,11 @@ pub fn diagnose(
     };
     base.tests = whiteness(&traces);
     base.tests.extend(curves.tests);
-    let verdict = verdict_of(&traces, &findings, (curves.left, curves.overruled), config);
+    let shakes = shaking(raw, segmented);
+    base.tests.extend(shakes.as_ref().map(Shaking::evidence));
+    findings.iter_mut().for_each(|f| beside_it(f, shakes.as_ref()));
+    let left = curves.left || shakes.is_some();
+    let verdict = verdict_of(&traces, &findings, (left, curves.overruled), config);
     findings.iter_mut().for_each(leave_room);
     let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {

@@ -73,6 +73,7 @@ mod rubbing;
 mod screen;
 mod sensor;
 mod sensor_lag;
+mod shaking;
 mod shown;
 mod sinking;
 mod slide;

@@ -84,8 +84,8 @@ struct Fitted<'a> {
     /// Its lag, s, its delay, s, or the way of presliding, m.
     size: (f64, f64),
     cost: f64,
-    /// Sum of squares of what is left, N², over so many readings.
-    squares: f64,
+    /// Sums of squares of what is left without a lag, all else the same, and with it, N², over so many readings.
+    squares: [f64; 2],
     count: usize,
 }
 
@@ -122,12 +122,13 @@ fn fit(push: &Onset, read: Read, given: Option<f64>) -> Option<Fitted<'_>> {
             push.level * (1.0 + LEVEL * x[3]),
         )
     };
-    let left = |x: &DVector<f64>| -> Vec<f64> {
-        let (size, when, level) = of(x);
+    let beside = |x: &DVector<f64>, read: Read, size: f64| -> Vec<f64> {
+        let (_, when, level) = of(x);
         rows.iter()
             .map(|r| r.force - level * exerted(read, r, when, size))
             .collect()
     };
+    let left = |x: &DVector<f64>| beside(x, read, of(x).0);
     let residuals = |x: &DVector<f64>| {
         // What has no say in the end is kept in reach.
         let fixed = if given.is_some() { x[0] } else { FREE * x[0] };
@@ -142,7 +143,7 @@ fn fit(push: &Onset, read: Read, given: Option<f64>) -> Option<Fitted<'_>> {
         push,
         size: (of(&best.x).0, best.sd(0) * unit),
         cost: best.cost,
-        squares: left(&best.x).iter().map(|l| l * l).sum(),
+        squares: [beside(&best.x, Read::Late, 0.0), left(&best.x)].map(|l| l.iter().map(|l| l * l).sum()),
         count: rows.len(),
     })
 }
@@ -198,12 +199,10 @@ fn judges(all: &[Onset]) -> Vec<&Onset> {
 
 /// Error at the beginning of these pushes without the lag, s, and with it, N.
 fn errors(judges: &[&Onset], seconds: f64, poles: u8) -> [f64; 2] {
-    let error = |read: Read, lag: f64| {
-        let each: Vec<Fitted> = judges.iter().filter_map(|o| fit(o, read, Some(lag))).collect();
-        let count = each.iter().map(|f| f.count).sum::<usize>().max(1);
-        (each.iter().map(|f| f.squares).sum::<f64>() / count as f64).sqrt()
-    };
-    [error(Read::Late, 0.0), error(Read::Lagging(poles), seconds)]
+    let read = Read::Lagging(poles);
+    let each: Vec<Fitted> = judges.iter().filter_map(|o| fit(o, read, Some(seconds))).collect();
+    let count = each.iter().map(|f| f.count).sum::<usize>().max(1) as f64;
+    [0, 1].map(|k| (each.iter().map(|f| f.squares[k]).sum::<f64>() / count).sqrt())
 }
 
 impl SensorLag {

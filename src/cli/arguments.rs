@@ -57,8 +57,9 @@ pub enum Command {
         /// Where the capture goes
         #[arg(long, required_unless_present = "list")]
         out: Option<PathBuf>,
-        /// Hide an effect that a plain model lacks: CAUSE or CAUSE:STRENGTH (several with commas; a wrong one lists all that
-        /// the scene can hide), random, or none; the truth file alone tells it
+        /// Hide an effect that a plain model lacks: CAUSE or CAUSE:STRENGTH (several with commas, each once; a wrong one lists all
+        /// that the scene can hide; strength 1 is plain, 16 the most), random (nothing, one or two causes), random:STRENGTH (one
+        /// cause), or none; the truth file alone tells it
         #[arg(long)]
         hide: Option<String>,
         /// List the built-in scenes

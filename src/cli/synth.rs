@@ -9,7 +9,7 @@ use super::arguments::Common;
 use super::output;
 use crate::base::{Error, Result, Seed};
 use crate::capture::write_capture_with;
-use crate::lab::{Scene, hide_at_random, hide_by_word, read_scene, scene_named, scenes, steps, synthesise};
+use crate::lab::{Scene, hide_by_word, read_scene, scene_named, scenes, steps, synthesise};
 
 /// Synthesises the scene, or lists the built-in ones.
 pub fn synth(
@@ -34,11 +34,8 @@ pub fn synth(
             Path::new(scene).parent().unwrap_or(Path::new(".")),
         ),
     };
-    let seed = Seed(common.seed);
-    match hide {
-        Some("random") => parsed.hide = hide_at_random(&parsed, seed),
-        Some(word) => parsed.hide = hide_by_word(&parsed, word, seed)?,
-        None => {}
+    if let Some(word) = hide {
+        parsed.hide = hide_by_word(&parsed, word, Seed(common.seed))?;
     }
     write(common, &parsed, base, out)?;
     let said = json!({ "out": out, "views": parsed.camera.views, "interactions": parsed.action.len() });

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::hidden::most_of;
 use super::lathe::wall;
 use super::surface::{face, surface};
 use super::{
@@ -58,7 +59,11 @@ pub(super) fn check(scene: &Scene, file: &Path) -> Result<()> {
         checker.not_negative(&place, *seconds)?;
     }
     for (i, hide) in scene.hide.iter().enumerate() {
-        checker.not_negative(&format!("hide[{i}].strength"), hide.strength)?;
+        checker.within(&format!("hide[{i}].strength"), hide.strength, 0.0, most_of(&hide.cause))?;
+        if scene.hide[..i].iter().any(|other| other.cause == hide.cause) {
+            let place = format!("hide[{i}].cause");
+            return checker.refuse(&place, format!("{:?} again", hide.cause), "each cause once");
+        }
     }
     if scene.camera.views == 0 && scene.action.is_empty() {
         return checker.refuse("camera.views", "no view and no action", "at least one of them");

@@ -1,11 +1,9 @@
-//! Which causes a scene can hide, and how they are asked for and told.
-
-use rand::Rng;
+//! Which causes a scene can hide, and how they are told.
 
 use super::draw::effect;
 use super::law::Effect;
-use crate::base::{Error, Result, Seed, nearest_name, rng_for};
-use crate::lab::{ActionSpec, BodySpec, HideSpec, Scene, ShapeSpec};
+use crate::base::{Error, Result};
+use crate::lab::{ActionSpec, BodySpec, Scene, ShapeSpec};
 use crate::twin::Truth;
 
 /// What must be done in a scene for a cause to show.
@@ -122,51 +120,6 @@ fn shows(scene: &Scene, what: Shows) -> bool {
 pub fn hidden_causes(scene: &Scene) -> Vec<&'static str> {
     let able = CAUSES.iter().filter(|(_, what)| shows(scene, *what));
     able.map(|(cause, _)| *cause).collect()
-}
-
-/// Reads `CAUSE[:STRENGTH]`, several with commas; `none` hides nothing. Strength 1 is a plain amplitude of its kind.
-///
-/// # Errors
-/// A cause that there is not or that the scene cannot show, and a strength that is no positive number or zero.
-pub fn hide_by_word(scene: &Scene, word: &str, seed: Seed) -> Result<Vec<HideSpec>> {
-    let able = hidden_causes(scene);
-    let mut all = Vec::new();
-    for part in word.split(',').filter(|part| *part != "none") {
-        let (cause, strength) = part.split_once(':').unwrap_or((part, "1"));
-        if !able.contains(&cause) {
-            let near = nearest_name(cause, able.iter().copied().chain(["none", "random"]));
-            let hint = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
-            let list = able.join(", ");
-            return Err(Error::Usage(format!(
-                "--hide: {} cannot hide {cause:?}{hint}; it can hide: none, random, {list}",
-                scene.name
-            )));
-        }
-        let strength = strength.parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0);
-        let strength =
-            strength.ok_or_else(|| Error::Usage(format!("--hide: the strength in {part:?} is no number")))?;
-        all.push(HideSpec {
-            cause: cause.to_owned(),
-            strength,
-            seed: seed.0,
-        });
-    }
-    Ok(all)
-}
-
-/// A drawn effect (in a quarter of all draws none), its strength log-uniform from 1/4 to 4.
-pub fn hide_at_random(scene: &Scene, seed: Seed) -> Vec<HideSpec> {
-    let mut rng = rng_for(seed, "what is hidden");
-    let able = hidden_causes(scene);
-    if able.is_empty() || rng.random::<f64>() < 0.25 {
-        return Vec::new();
-    }
-    let strength = 4.0_f64.powf(rng.random_range(-1.0..1.0));
-    vec![HideSpec {
-        cause: able[rng.random_range(0..able.len())].to_owned(),
-        strength,
-        seed: seed.0,
-    }]
 }
 
 /// The body that effects are about: the target of the first push of a free body, else of the first action with one.

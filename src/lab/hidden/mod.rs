@@ -12,9 +12,10 @@ mod setting;
 mod slide;
 #[cfg(test)]
 mod tests;
+mod word;
 
+pub use catalogue::hidden_causes;
 pub(super) use catalogue::{effects, target, told};
-pub use catalogue::{hidden_causes, hide_at_random, hide_by_word};
 pub(super) use elastic::ElasticLaw;
 pub(super) use fault::faults;
 pub(super) use jointed::JointLaw;
@@ -22,3 +23,5 @@ pub(super) use law::{Act, Effect};
 pub(super) use occasion::{Occasion, occasions};
 pub(super) use setting::{Pad, Setting, alter_solids, altered};
 pub(super) use slide::{Make, SlideLaw, Surroundings};
+pub(super) use word::most_of;
+pub use word::{hide_at_random, hide_by_word};

@@ -99,6 +99,34 @@ fn a_cause_that_cannot_show_is_refused_with_the_nearest_one() {
     assert!(hide_by_word(&scene, "detent", Seed(1)).is_err());
     assert!(hide_by_word(&scene, "bump:-1", Seed(1)).is_err());
     assert!(hide_by_word(&scene, "none", Seed(1)).expect("nothing").is_empty());
+    for wrong in [
+        "bump,bump",
+        "bump,bump:2",
+        "bump:0",
+        "bump:NaN",
+        "bump:",
+        "friction-patch:1e300",
+        "support-tilt:1e9",
+        "com-offset:50",
+        "time-delay:100",
+        "none,support-tilt",
+        "support-tilt,random",
+        "none:2",
+        "random:-1",
+        "",
+    ] {
+        let error = hide_by_word(&scene, wrong, Seed(1)).expect_err(wrong);
+        assert_eq!(error.exit_code(), 2, "{wrong}: {error}");
+    }
+    let error = hide_by_word(&scene, "com-offset:50", Seed(1))
+        .expect_err("far off")
+        .to_string();
+    assert!(
+        error.contains("found \"50\", expected a strength above 0 and up to 4"),
+        "{error}"
+    );
+    let one = hide_by_word(&scene, "random:2", Seed(1)).expect("one");
+    assert!(one.len() == 1 && one[0].strength == 2.0);
     assert_eq!(hide_by_word(&scene, "bump:2,magnet", Seed(1)).expect("two").len(), 2);
 }
 
@@ -109,6 +137,9 @@ fn a_quarter_of_random_draws_is_clean_and_all_causes_come_up() {
         let draws: Vec<_> = (0..1000).map(|seed| hide_at_random(&scene, Seed(seed))).collect();
         let clean = draws.iter().filter(|d| d.is_empty()).count();
         assert!((190..310).contains(&clean), "{clean} of 1000 are clean");
+        let pairs: Vec<_> = draws.iter().filter(|d| d.len() == 2).collect();
+        assert!((120..215).contains(&pairs.len()), "{} of 1000 are pairs", pairs.len());
+        assert!(pairs.iter().all(|d| d[0].cause != d[1].cause));
         let seen: BTreeSet<&str> = draws.iter().flatten().map(|d| d.cause.as_str()).collect();
         assert_eq!(seen.len(), hidden_causes(&scene).len());
         assert!(draws.iter().flatten().all(|d| (0.25..=4.0).contains(&d.strength)));

@@ -16,6 +16,7 @@
 mod numbers;
 mod parted;
 mod scenes;
+mod shown;
 mod table;
 
 use std::path::Path;
@@ -92,6 +93,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         oracle = gain_of(&knowing.diagnosis);
         best = Some(knowing.log_likelihood);
     }
+    let shown = (case.sort == Sort::Outside).then(|| shown::shown(&case.scene, number, &made.capture));
     let mut stood_in = Vec::new();
     let (mut visible, mut smaller) = (None, None);
     if case.sort == Sort::Pair {
@@ -136,6 +138,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
         short,
         visible,
         smaller,
+        shown: shown.flatten(),
         asked,
         numbers: case.causes.first().map_or_else(Vec::new, |cause| {
             let truth = made.truth.cause_parameters.get(cause).cloned().unwrap_or_default();

@@ -5,6 +5,7 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 use crate::parted::Parted;
 use crate::scenes::Sort;
+use crate::shown::outside;
 
 /// Causes that the same data often cannot part.
 const ALIASES: &[&[&str]] = &[
@@ -82,6 +83,8 @@ pub struct Seen {
     pub visible: Option<bool>,
     /// Of a pair: the smaller of the two effect sizes, each over the plain model; nothing where one is not fitted by likelihood.
     pub smaller: Option<f64>,
+    /// Of an effect outside the catalogue: what it changes of the readings, over their noise.
+    pub shown: Option<f64>,
     /// Of causes that were not told apart: what came of the touches that were asked for.
     pub asked: Option<Parted>,
     /// Numbers of the finding that is right, and whether their intervals hold the truth.
@@ -117,7 +120,9 @@ impl Seen {
             match (self.struck, self.visible) {
                 (Some(false), _) => self.mimic(),
                 (_, Some(true)) => " (both can be seen)".into(),
-                _ => String::new(),
+                _ => self
+                    .shown
+                    .map_or_else(String::new, |x| format!(" (changes {x:.1} noises)")),
             },
             self.asked.as_ref().map_or_else(String::new, came_of),
             self.seconds
@@ -168,7 +173,7 @@ fn came_of(asked: &Parted) -> String {
 }
 
 /// A share with its 95 % interval.
-fn share(name: &str, bar: &str, of: &[bool]) {
+pub fn share(name: &str, bar: &str, of: &[bool]) {
     let (n, k) = (of.len() as f64, of.iter().filter(|b| **b).count() as f64);
     let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |d| d.inverse_cdf(p));
     let low = if k == 0.0 { 0.0 } else { quantile(k, n - k + 1.0, 0.025) };
@@ -237,19 +242,7 @@ pub fn print_table(all: &[Seen]) {
         "<= 0.04",
         &flags(&mut of(Sort::Single).filter(clear), &|s| s.named.len() > 1),
     );
-    let visible = |s: &&Seen| s.verdict != Verdict::Adequate;
-    share(
-        "outside the catalogue, seen: unknown or ambiguous",
-        ">= 0.85",
-        &flags(&mut of(Sort::Outside).filter(visible), &|s| {
-            s.verdict != Verdict::Explained
-        }),
-    );
-    share(
-        "outside the catalogue: called adequate",
-        "-",
-        &flags(&mut of(Sort::Outside), &|s| s.verdict == Verdict::Adequate),
-    );
+    outside(&of(Sort::Outside).collect::<Vec<_>>());
     let struck: Vec<bool> = all.iter().filter_map(|s| s.struck).collect();
     share("true cause struck, d' above 7: no sure name", ">= 0.8", &struck);
     share(

@@ -2,7 +2,7 @@
 //! itself tells of the same shapes and joints.
 
 use super::Options;
-use super::extend::held;
+use super::carried::{Beside, carries, rubs_otherwise};
 use super::given::{FORCE, doubt_carriers, table_friction};
 use super::lumps::{as_lumps, lumps_of};
 use super::welded::{Welded, bare};
@@ -61,7 +61,8 @@ pub fn judge(
 ) -> Result<Judged> {
     let lumps = lumps_of(capture, model);
     let structure = structure_compared(&lumps, &fresh.twin);
-    let capture = as_lumps(capture, &lumps.lumps);
+    let raw = capture;
+    let capture = as_lumps(raw, &lumps.lumps);
     let mut given = lumps.model.clone();
     placed_as(&mut given, &fresh.twin);
     rests(&mut given, &fresh.twin);
@@ -88,20 +89,24 @@ pub fn judge(
             .for_each(|b| b.links.retain(|l| parted(&l.name) == several));
         compared(&own, with)
     };
-    let mut numbers = of_links(&fresh.twin, false);
-    numbers.extend(of_links(&refit.twin, true));
+    let whole = (capture, segmented.as_slice(), &refit);
+    let beside = Beside::of(&model.twin, (raw, fresh), whole, (&faults, options))?;
+    let mut numbers = of_links(&beside.fresh, false);
+    numbers.extend(of_links(&beside.refit, true));
     let untold = |name: &str| {
         let found = numbers.iter().filter(|n| n.about == name);
         let told = found.map(|n| n.quantity.as_str());
         !told.into_iter().any(|q| q == FORCE || q == "friction.kinetic")
     };
     let dragged = table_friction(capture, &given, &diagnosed.traces);
-    let dragged: Vec<Compared> = dragged.into_iter().filter(|n| untold(&n.about)).collect();
+    let plain = |name: &str| untold(name) && !rubs_otherwise(&model.twin, name);
+    let dragged: Vec<Compared> = dragged.into_iter().filter(|n| plain(&n.about)).collect();
     numbers.extend(dragged);
     doubt_carriers(&mut numbers, &given);
     numbers.extend(joints_compared(&given.twin, &fresh.twin));
     numbers.extend(diagnosis::joint_numbers(capture, &segmented, &given, notices));
-    let of_its_own = diagnosed.diagnosis.findings.iter().filter(|f| held(&model.twin, f));
+    beside.tell(&given.twin, &mut numbers);
+    let of_its_own = diagnosed.diagnosis.findings.iter().filter(|f| carries(&model.twin, f));
     let carried = of_its_own.map(|f| [f.cause.clone(), f.place.clone()]).collect();
     Ok(Judged {
         diagnosed,

@@ -3,6 +3,7 @@
 mod assemble;
 mod build;
 mod calibrate;
+mod carried;
 mod diagnose;
 mod doubt;
 mod explore;

@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::{Joint, Link, Twin};
+use super::{Effect, Finding, Joint, Link, Twin};
 use crate::base::Estimate;
 
 /// A number of a model beside a measured one.
@@ -73,6 +73,32 @@ pub fn joints_compared(model: &Twin, measured: &Twin) -> Vec<Compared> {
         all.extend(beside(&joint.name, ("pitch", &joint.pitch, &found.pitch)));
     }
     all
+}
+
+/// Friction, damping and spring of a joint.
+pub fn efforts_compared(joint: &Joint, found: &Joint) -> Vec<Compared> {
+    let rows: [Beside; 3] = [
+        ("friction", &joint.friction, &found.friction),
+        ("damping", &joint.damping, &found.damping),
+        ("stiffness", &joint.stiffness, &found.stiffness),
+    ];
+    rows.into_iter().filter_map(|row| beside(&joint.name, row)).collect()
+}
+
+/// The numbers of effects of a model beside those of findings of the same cause and place.
+pub fn effects_compared(effects: &[Effect], findings: &[Finding]) -> Vec<Compared> {
+    let found = |e: &Effect| findings.iter().find(|f| f.cause == e.cause && f.place == e.place);
+    let both = effects.iter().filter_map(|e| Some((e, found(e)?)));
+    let rows = both.flat_map(|(effect, finding)| {
+        let each = effect.parameters.iter();
+        each.filter_map(move |(name, own)| {
+            let measured = finding.parameters.get(name).filter(|m| m.is_measured())?;
+            let row = number(&effect.place, name, own, measured)?;
+            let quantity = format!("{} {name}", effect.cause);
+            Some(Compared { quantity, ..row })
+        })
+    });
+    rows.collect()
 }
 
 /// What the frames of a model and of tracks may be off against each other: rad, m.
@@ -185,7 +211,15 @@ fn of_link(link: &Link, found: &Link) -> Vec<Compared> {
 }
 
 fn beside(about: &str, (quantity, model, measured): Beside) -> Option<Compared> {
-    let (model, measured) = (model.as_ref()?, measured.as_ref().filter(|e| e.is_measured())?);
+    number(
+        about,
+        quantity,
+        model.as_ref()?,
+        measured.as_ref().filter(|e| e.is_measured())?,
+    )
+}
+
+fn number(about: &str, quantity: &str, model: &Estimate, measured: &Estimate) -> Option<Compared> {
     let ci95 = measured.ci95?;
     Some(Compared {
         about: about.into(),

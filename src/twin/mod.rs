@@ -28,7 +28,7 @@ pub use diagnosis::{
     AskedTouch, BaseFit, Budget, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Profile,
     ProfileBin, ProfileSample, Verdict,
 };
-pub use disagree::{Compared, compared, joints_compared};
+pub use disagree::{Compared, compared, effects_compared, efforts_compared, joints_compared};
 pub use effect::{Coupling, Detent, Effect, JointEffects};
 pub use file::{DIAGNOSIS_FILE, TWIN_FILE, read_truth, read_twin, texture_path, write_twin};
 pub use joint::{EffortAt, Joint, JointAlternative, JointEffort, JointKind, Latch};

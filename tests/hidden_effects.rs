@@ -281,14 +281,63 @@ fn a_tether_that_is_slack_at_first_is_found() {
     assert!((stiffness.value / 20.0 - 1.0).abs() < 0.15, "{}", stiffness.value);
 }
 
+/// In three scenes without a hidden effect: causes that its touches show, and that they cannot.
 #[test]
-fn what_these_data_cannot_show_is_listed_with_what_would() {
-    let run = probed("probe-presses", "none", 21);
-    let shown = |cause: &str| {
-        let mut all = run.diagnosis.experiments.iter().flat_map(|e| &e.parts);
-        all.any(|p| p == cause)
-    };
-    assert!(shown("friction-patch") && shown("tether") && !shown("support-compliance") && !shown("joint-damping"));
+fn each_cause_is_tried_found_or_listed_with_what_would_show_it() {
+    let friction = [
+        "velocity-weakening-friction",
+        "viscous-friction",
+        "static-ageing",
+        "anisotropic-friction",
+        "friction-patch",
+        "support-tilt",
+        "com-offset",
+        "presliding",
+    ];
+    let elastic = [
+        "hardening-stiffness",
+        "power-law-stiffness",
+        "guide-friction",
+        "preload",
+        "stiffness-drift",
+    ];
+    let joint = [
+        "joint-damping",
+        "joint-quadratic-damping",
+        "detent",
+        "lever-arm",
+        "backlash",
+    ];
+    let reads = ["outliers", "quantisation", "force-saturation", "force-drift"];
+    for (scene, seed, shows, hides) in [
+        ("probe-pushes", 20, &friction[..], [&elastic[..], &joint]),
+        ("probe-presses", 21, &elastic, [&friction, &joint]),
+        (
+            "probe-hinge",
+            22,
+            &joint,
+            [&elastic, &["anisotropic-friction", "friction-patch"]],
+        ),
+    ] {
+        let diagnosis = probed(scene, "none", seed).diagnosis;
+        let showing = diagnosis.experiments.iter().filter(|e| e.bits.is_none());
+        let listed: Vec<&str> = showing.flat_map(|e| e.parts.iter().map(String::as_str)).collect();
+        let named: Vec<&str> = diagnosis.findings.iter().map(|f| f.cause.as_str()).collect();
+        let tried: Vec<&str> = diagnosis.tried().collect();
+        assert!(named.is_empty(), "{scene}: {named:?}");
+        for cause in CAUSES {
+            let places = listed.iter().chain(&tried).filter(|c| **c == cause).count();
+            assert_eq!(places, 1, "{scene}: {cause}");
+        }
+        for cause in shows.iter().chain(&reads) {
+            assert!(tried.contains(cause), "{scene}: {cause} is not tried");
+        }
+        for cause in hides.into_iter().flatten() {
+            assert!(listed.contains(cause), "{scene}: {cause} cannot show and is not listed");
+        }
+        let bits: Vec<f64> = diagnosis.experiments.iter().map(|e| e.bits.unwrap_or(-1.0)).collect();
+        assert!(bits.is_sorted_by(|a, b| a >= b), "{scene}: {bits:?}");
+    }
 }
 
 #[test]

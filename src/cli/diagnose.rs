@@ -63,8 +63,8 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
         }
     };
     let words = match &judged {
-        Some(judged) => of_model(&diagnosis, judged) + &beside_the_plainest(judged) + &in_words(&diagnosis),
-        None => in_words(&diagnosis),
+        Some(judged) => of_model(&diagnosis, judged) + &beside_the_plainest(judged) + &in_words(&diagnosis, causes),
+        None => in_words(&diagnosis, causes),
     };
     let said = Said {
         diagnosis: &diagnosis,
@@ -77,7 +77,7 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
     Ok(ExitCode::SUCCESS)
 }
 
-fn in_words(diagnosis: &Diagnosis) -> String {
+fn in_words(diagnosis: &Diagnosis, causes: &[String]) -> String {
     let mut text = format!("{}\n", verdict(diagnosis.verdict));
     for finding in &diagnosis.findings {
         text += &of_finding(finding);
@@ -105,6 +105,11 @@ fn in_words(diagnosis: &Diagnosis) -> String {
                 experiment.parts.join(", ")
             );
         }
+    }
+    let asked = |c: &&str| causes.is_empty() || causes.iter().any(|own| own == c);
+    let tried: Vec<&str> = diagnosis.tried().filter(asked).collect();
+    if !tried.is_empty() {
+        text += &format!("\ntried, and not found: {}\n", tried.join(", "));
     }
     text
 }

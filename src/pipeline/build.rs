@@ -8,7 +8,7 @@ use crate::base::{Notices, Progress, Result, Stopwatch};
 use crate::capture::{Capture, Segmented, SensorFaults};
 use crate::stages::diagnosis::Trace;
 use crate::stages::{articulation, diagnosis, estimation, interaction, relations, shape, snapshots};
-use crate::twin::{Diagnosis, Model};
+use crate::twin::{Diagnosis, Model, in_order};
 
 /// A finished run, ready to be exported and shown.
 #[derive(Clone, Debug)]
@@ -133,6 +133,7 @@ pub fn build(capture: &Capture, options: &Options, progress: &Progress) -> Resul
         ..
     } = diagnosed;
     diagnosis.experiments.extend(assemble::open_arcs(capture, &model));
+    in_order(&mut diagnosis.experiments);
     assemble::lean(&mut model, &diagnosis);
     extend(&mut model, &diagnosis, &levels);
     Ok(Run {

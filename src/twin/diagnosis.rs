@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::cause::CAUSES;
 use crate::base::Estimate;
 
 /// The value of `format` in `diagnosis.json`.
@@ -29,6 +30,22 @@ pub struct Diagnosis {
     /// Of what the errors of the plain model are made.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budgets: Vec<Budget>,
+}
+
+impl Diagnosis {
+    /// Causes of the catalogue that were tried and not found: those that no finding names or leaves open, and that no experiment is
+    /// asked for to show. A cause that could not be tried stands in an experiment without bits.
+    pub fn tried(&self) -> impl Iterator<Item = &'static str> {
+        let named = |c: &str| {
+            let of = |f: &Finding| f.cause == c || f.alternatives.iter().any(|a| a.cause == c);
+            self.findings.iter().any(of)
+        };
+        let unseen = |c: &str| {
+            let mut showing = self.experiments.iter().filter(|e| e.bits.is_none());
+            showing.any(|e| e.parts.iter().any(|p| p == c))
+        };
+        CAUSES.into_iter().filter(move |c| !named(c) && !unseen(c))
+    }
 }
 
 /// What is left of the measurement against what it depends on most, and one interaction, without and with a finding. SI units.
@@ -215,6 +232,12 @@ pub struct Experiment {
     /// The touches of which it consists, one after the other, where they were worked out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub touches: Vec<AskedTouch>,
+}
+
+/// What tells most first, and last what would only show something of which nothing is known.
+pub fn in_order(experiments: &mut [Experiment]) {
+    let bits = |e: &Experiment| e.bits.unwrap_or(f64::NEG_INFINITY);
+    experiments.sort_by(|a, b| bits(b).total_cmp(&bits(a)));
 }
 
 /// A touch that is asked for, as a robot could make it. World frame, SI units; the keys that the rig protocol has too mean

@@ -66,16 +66,33 @@ struct Rise<'a> {
     cost: f64,
 }
 
+/// Rises of pushes that were fitted, by one of them.
+fn rises(all: &[Onset], bend: Bend) -> Vec<Rise<'_>> {
+    let fitted = all.iter().filter(|o| !o.held_out);
+    fitted.filter_map(|push| rise(push, bend)).collect()
+}
+
+/// Those in which the finger gave by so much that they tell its law.
+fn squeezed(all: &[Onset]) -> Vec<Rise<'_>> {
+    let mut law = rises(all, Bend::Law);
+    law.retain(|r| r.squeeze > SQUEEZED);
+    law
+}
+
+/// Whether a finger gives so much in these pushes that its law would show.
+pub fn tells_its_law(all: &[Onset]) -> bool {
+    squeezed(all).len() >= FEWEST
+}
+
 /// Where a finger's force does not grow in proportion to its squeeze.
 pub fn contact_law_finding(all: &[Onset], name: &str) -> Option<Finding> {
     let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
-    let by = |bend: Bend| -> Vec<Rise> { fitted.iter().filter_map(|push| rise(push, bend)).collect() };
-    let law: Vec<Rise> = by(Bend::Law).into_iter().filter(|r| r.squeeze > SQUEEZED).collect();
+    let law = squeezed(all);
     let (sizes, sds): (Vec<f64>, Vec<f64>) = law.iter().map(|r| r.size).unzip();
     let pooled = random_effects(&sizes, &sds, SCATTER).filter(|_| law.len() >= FEWEST)?;
     let statistic = pooled.mean.abs() / pooled.sd;
     let worse = |bend: Bend| {
-        let other = by(bend);
+        let other = rises(all, bend);
         let own = |r: &Rise| other.iter().find(|o| o.push.interaction == r.push.interaction);
         law.iter().filter_map(|r| Some(own(r)?.cost - r.cost)).sum::<f64>()
     };

@@ -38,13 +38,33 @@ struct Followed {
     rows: Vec<[f64; 2]>,
 }
 
+fn of_one_freedom(model: &Model) -> Vec<&Joint> {
+    let kinds = |j: &&Joint| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic);
+    model.twin.joints().filter(kinds).collect()
+}
+
+/// Whether a joint was moved so often with another in view that may follow it that this would show.
+pub fn tells_coupling(capture: &Capture, segmented: &[Segmented], model: &Model) -> bool {
+    let joints = of_one_freedom(model);
+    let moved = |i: &Interaction, leads: &Joint| {
+        let cut = segmented.iter().find(|s| s.interaction == i.name);
+        cut.is_some_and(|cut| joint_loads(i, cut, leads, model, HANDLED).is_some())
+    };
+    let follows = |leads: &Joint, other: &Joint| {
+        other.name != leads.name && (other.parent == leads.parent || other.parent == leads.child)
+    };
+    let seen = |i: &Interaction, leads: &Joint| {
+        let mut others = joints.iter().filter(|j| follows(leads, j));
+        others.any(|j| joint_path(i, model, j).is_some())
+    };
+    let fitted = || capture.interactions.iter().filter(|i| !i.held_out);
+    let told = |leads: &&Joint| fitted().filter(|i| seen(i, leads) && moved(i, leads)).count() >= FEWEST;
+    joints.len() > 1 && joints.iter().any(told)
+}
+
 /// Joints that follow another of the same parent, or one that carries them.
 pub fn coupling_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
-    let joints: Vec<&Joint> = model
-        .twin
-        .joints()
-        .filter(|j| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic))
-        .collect();
+    let joints = of_one_freedom(model);
     let mut out = Vec::new();
     for (i, first) in joints.iter().enumerate() {
         for second in joints.iter().filter(|j| j.parent == first.child) {

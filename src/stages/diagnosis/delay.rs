@@ -101,6 +101,13 @@ pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
     clock_drift(&each, judged, !held.is_empty()).or_else(|| constant(&each, judged, !held.is_empty()))
 }
 
+/// Whether enough pushes were foretold along their way for a delay to show.
+pub fn tells_delay(traces: &[Trace]) -> bool {
+    let fitted = traces.iter().filter(|t| !t.held_out);
+    let told = fitted.filter(|t| along(t).iter().any(|c| delay(c).is_some()));
+    told.count() >= FEWEST
+}
+
 /// Adds a delay to what was found, less what it feigns: to a camera that is early a body slides before the force is there, as on
 /// bristles. A finger that gives way puts what it pushes behind: where one was found, that is no camera that is late.
 pub fn take_up(findings: &mut Vec<Finding>, delay: Option<Finding>) {

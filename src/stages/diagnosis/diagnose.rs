@@ -1,6 +1,6 @@
 //! The verb of the diagnosis pass.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::axes::of_all_axes;
 use super::blows::blow_findings;
@@ -36,7 +36,9 @@ use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
 use crate::capture::{Capture, Interaction, Segmented, SensorFaults};
 use crate::stages::estimation::{Inertial, inertial, support_normal};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Profile, Verdict, WORLD};
+use crate::twin::{
+    BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Experiment, Finding, Model, Profile, Verdict, WORLD, in_order,
+};
 
 /// A diagnosis with the curves that it rests on.
 #[derive(Clone, Debug)]
@@ -112,7 +114,7 @@ pub fn diagnose(
     let late = hand_delay(capture, segmented, model).filter(|_| config.allows("time-delay"));
     let on_time = late.as_ref().map(|late| late.undone(capture));
     let of_joints = on_time.as_ref().unwrap_or(capture);
-    let (experiments, curves) = name_causes(of_joints, segmented, model, (config, faults), &mut findings);
+    let (mut experiments, curves) = name_causes(of_joints, segmented, model, (config, faults), &mut findings);
     findings.extend(play_findings(of_joints, segmented, model, &findings, notices));
     let traces = predicted(capture, model, (&curves.full, &curves.full_tosses));
     // A part that swings lags behind as well.
@@ -135,6 +137,8 @@ pub fn diagnose(
     findings.extend(sensor_findings(capture, faults, &traces));
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
+    experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
+    in_order(&mut experiments);
     say(capture, &traces, notices);
     let mut base = if findings.is_empty() {
         base_fit(&traces, config)
@@ -263,10 +267,9 @@ fn name_causes(
     ];
     let families = first.into_iter().flatten().map(|f| (f, None));
     let of_joints = motions.iter().map(|m| (m as &dyn Family, Some(m)));
-    let (mut untestable, mut asked) = (BTreeSet::new(), Vec::new());
+    let mut asked = Vec::new();
     for (family, joint) in families.chain(of_joints) {
         let Some(ladder) = climb(family, config) else { continue };
-        untestable.extend(ladder.untestable.iter().map(|law| family.laws()[*law].cause));
         for (cause, place) in family.feigned(&ladder.full) {
             findings.retain(|f| f.cause != cause || f.place != place);
         }
@@ -279,20 +282,9 @@ fn name_causes(
     let blows = pushes.as_ref().map(|p| blow_findings(p, findings));
     findings.extend(blows.into_iter().flatten());
     findings.extend(loads.of_rolls(rolls(capture, segmented, model)));
-    let tossed = of_all_bodies(capture, model);
-    let done = asking::Done {
-        pushed: pushes.is_some(),
-        loaded: pushes.as_ref().is_some_and(Pushes::loads_vary),
-        rolled: !loads.rolled.is_empty(),
-        pressed: presses.is_some(),
-        turned: !motions.is_empty(),
-        joints: model.twin.joints().count(),
-        tossed: !tossed.is_empty(),
-        ..spinning(capture, model, findings)
-    };
-    for tosses in tossed {
+    let done = spinning(capture, model, findings);
+    for tosses in of_all_bodies(capture, model) {
         let Some(ladder) = climb(&tosses, config) else { continue };
-        untestable.extend(ladder.untestable.iter().map(|law| tosses.laws()[*law].cause));
         findings.extend(loads.of_tosses(&tosses, &ladder));
     }
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
@@ -306,7 +298,7 @@ fn name_causes(
         findings.extend(onset_findings(&begun, &loads.clocks));
     }
     findings.retain(|f| config.allows(&f.cause));
-    (asking::experiments(findings, &asked, &untestable, &done), loads)
+    (asking::experiments(findings, &asked, &done), loads)
 }
 
 /// What fast pushes have told, and could tell, of the body whose centre is not where its shape has it.
@@ -316,8 +308,6 @@ fn spinning(capture: &Capture, model: &Model, findings: &[Finding]) -> asking::D
         spins: name.map_or_else(Vec::new, |n| asking::spins(model, &up, n)),
         spun: name.is_some_and(|n| spun(capture, model, n)),
         twist: name.and_then(|n| asking::twist(capture, &up, n, twisted(model, n))),
-        twisted: model.twin.links().any(|(_, l)| twisted(model, &l.name)),
-        ..asking::Done::default()
     }
 }
 

@@ -36,6 +36,13 @@ pub fn frame_finding(capture: &Capture, traces: &[Trace]) -> Option<Finding> {
     found(traces, &|t| reach(capture, &t.interaction).unwrap_or(0.0))
 }
 
+/// Whether enough pushes went far enough for a scale or a rotation of the tracking to show.
+pub fn tells_frame(capture: &Capture, traces: &[Trace]) -> bool {
+    let fitted = traces.iter().filter(|t| !t.held_out);
+    let told = fitted.filter(|t| Way::of(t, reach(capture, &t.interaction).unwrap_or(0.0)).is_some());
+    told.count() >= FEWEST
+}
+
 /// How far from the tool, in the plane, what is tracked is while they touch, m.
 fn reach(capture: &Capture, name: &str) -> Option<f64> {
     let push = capture.interactions.iter().find(|i| i.name == name)?;

@@ -54,6 +54,17 @@ pub fn scale_finding(capture: &Capture, segmented: &[Segmented]) -> Option<Findi
     Some(told.finding())
 }
 
+/// Whether weights were stated and lifted.
+pub fn tells_gain(capture: &Capture, segmented: &[Segmented]) -> bool {
+    calibrate_force(capture, segmented, &Config::default(), &mut Notices::default()).is_ok()
+}
+
+/// Whether more than one push tells how a finger slides on what it pushes.
+pub fn tells_finger(model: &Model) -> bool {
+    let mut fingers = model.twin.links().filter_map(|(_, l)| l.friction.tool.as_ref());
+    fingers.any(|f| f.from.len() >= FEWEST)
+}
+
 /// Fingers that slide much more, or much less, easily than fingers do.
 pub fn finger_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
     let one = |link: &Link| {

@@ -104,6 +104,17 @@ pub(super) fn hand_delay(capture: &Capture, segmented: &[Segmented], model: &Mod
     Some(late)
 }
 
+/// Whether hands and what they hold were followed so often that a delay between them would show.
+pub(super) fn tells_hand_delay(capture: &Capture, segmented: &[Segmented], model: &Model) -> bool {
+    let fitted = || capture.interactions.iter().filter(|i| !i.held_out);
+    let told = |joint: &Joint| {
+        let each = fitted().filter_map(|i| one(&Followed::of(i, segmented, model, joint)?));
+        each.count() >= FEWEST
+    };
+    let kinds = |j: &&Joint| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic);
+    model.twin.joints().filter(kinds).any(told)
+}
+
 fn best(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<HandDelay> {
     let kinds = |j: &&Joint| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic);
     let joints = model.twin.joints().filter(kinds);

@@ -82,8 +82,7 @@ pub fn findings_of_inertia(
     loads: &Loads,
     findings: &mut Vec<Finding>,
 ) {
-    // What else acts on a pushed body acts on it while it coasts, and what swings takes part in the speeding up.
-    let acted_on = |f: &Finding| f.place != "sensor" && pushed && model.twin.joints().all(|j| j.name != f.place);
+    let acted_on = |f: &Finding| pushed && acts_on_a_body(f, model);
     if !findings.iter().any(acted_on) {
         let swings = loads.effect_sizes.get("loose-mass").copied().unwrap_or(0.0);
         findings.extend(inertia_findings(&loads.fast, model, swings));
@@ -96,6 +95,25 @@ pub fn findings_of_inertia(
     } else if findings.iter().filter(|f| acted_on(f)).all(|f| f.cause == "com-offset") {
         uneven(capture, model, findings);
     }
+}
+
+/// What else acts on a pushed body acts on it while it coasts, and what swings takes part in the speeding up.
+fn acts_on_a_body(finding: &Finding, model: &Model) -> bool {
+    finding.place != "sensor" && model.twin.joints().all(|j| j.name != finding.place)
+}
+
+/// Whether a body was weighed, and sped up with nothing else at work.
+pub fn tells_inertia(
+    (capture, segmented, model): (&Capture, &[Segmented], &Model),
+    fast: &[Inertial],
+    findings: &[Finding],
+) -> bool {
+    let weighed = |name: &str| model.twin.link(name).and_then(weight_of).is_some();
+    let pushes = |name: &str| reliable(fast, |i| i).filter(|i| i.link == name && !i.held_out).count() >= FEWEST;
+    let aloft = shaken(capture, segmented, model);
+    let told = |name: &str| pushes(name) || aloft.iter().any(|s| s.link == name && !s.held_out);
+    let mut links = model.twin.links();
+    findings.iter().all(|f| !acts_on_a_body(f, model)) && links.any(|(_, l)| weighed(&l.name) && told(&l.name))
 }
 
 /// Every link that was weighed and pushed fast, and takes more or less than its weight says to be sped up. `swings` is the effect

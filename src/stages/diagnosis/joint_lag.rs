@@ -170,20 +170,32 @@ pub(super) fn lag_of_joints(capture: &Capture, segmented: &[Segmented], model: &
     model.twin.joints().filter(kinds).find_map(of)
 }
 
-fn of_joint(motions: &[(String, bool, Vec<JointLoad>)], joint: &Joint) -> Option<SensorLag> {
-    let read = |up: f64| -> Vec<Option<Rise>> {
-        let one = |(name, held_out, loads): &(String, bool, Vec<JointLoad>)| {
-            let path = Path(loads);
-            let told = |b: Begins| rise((name, *held_out), &path, b, up);
-            path.starts().into_iter().filter_map(told).collect::<Vec<_>>()
-        };
-        motions.iter().flat_map(one).collect()
+/// Whether a joint set out so often that a lag of the force would show.
+pub(super) fn joints_tell_lag(capture: &Capture, segmented: &[Segmented], model: &Model) -> bool {
+    let kinds = |j: &&Joint| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic);
+    let told = |joint: &Joint| {
+        let motions = motions_of(capture, segmented, model, joint, READ);
+        lagging(&rises(&motions, STEADY[0])).is_some_and(|told| best(&told).is_some())
     };
-    let mut starts = read(STEADY[0]);
+    model.twin.joints().filter(kinds).any(told)
+}
+
+/// How the load came up at each start, where it is told.
+fn rises(motions: &[(String, bool, Vec<JointLoad>)], up: f64) -> Vec<Option<Rise>> {
+    let one = |(name, held_out, loads): &(String, bool, Vec<JointLoad>)| {
+        let path = Path(loads);
+        let told = |b: Begins| rise((name, *held_out), &path, b, up);
+        path.starts().into_iter().filter_map(told).collect::<Vec<_>>()
+    };
+    motions.iter().flat_map(one).collect()
+}
+
+fn of_joint(motions: &[(String, bool, Vec<JointLoad>)], joint: &Joint) -> Option<SensorLag> {
+    let mut starts = rises(motions, STEADY[0]);
     // A level is one of what has come up: as long as that is later than it was read, it is read again.
     for _ in 0..PASSES {
         let up = COMES_UP * best(&lagging(&starts)?)?.1.size.min(RANGE[1]);
-        starts = read(STEADY[0].max(up));
+        starts = rises(motions, STEADY[0].max(up));
     }
     let (poles, fitted, sd, late) = lag(&lagging(&starts)?)?;
     let rises: Vec<&Rise> = starts.iter().flatten().collect();

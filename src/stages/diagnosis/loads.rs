@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::asking::showing;
 use super::clocks::Clocks;
 use super::family::Family;
 use super::fit::Fit;
@@ -10,11 +11,13 @@ use super::motions::Motions;
 use super::named;
 use super::naming::Ladder;
 use super::rolls::Rolls;
+use super::scope::Scope;
 use super::shown::{budget, profiles};
 use super::tosses::Tosses;
-use super::{Curve, Quantity, Trace};
+use super::{Config, Curve, Quantity, Trace};
+use crate::capture::{Capture, Segmented};
 use crate::stages::estimation::Inertial;
-use crate::twin::{Budget, Evidence, Finding, Gain, Profile};
+use crate::twin::{Budget, Evidence, Experiment, Finding, Gain, Model, Profile};
 
 /// What is left of the odds of the first name that does not explain the whole, and of those named after it: in blind scenes of the lab
 /// and of MuJoCo that were looked at, effects outside the catalogue among them, 50 of 62 first ones were right and 6 of 18 of the others.
@@ -47,9 +50,23 @@ pub(super) struct Loads {
     pub fast: Vec<Inertial>,
     /// What the beginnings of pushes say of the clocks of force and track.
     pub clocks: Clocks,
+    /// What was tried.
+    pub scope: Scope,
 }
 
 impl Loads {
+    /// What would show the causes that neither a ladder nor a finder could try.
+    pub fn unseen(
+        &self,
+        of: (&Capture, &[Segmented], &Model),
+        told: (&[Trace], &[Finding]),
+        config: &Config,
+    ) -> Vec<Experiment> {
+        let mut scope = self.scope.clone();
+        scope.looked_at(of, (&self.fast, self.rolled.len()), told);
+        showing(&scope.unseen(told.1, config), &scope.has(of.0, of.2))
+    }
+
     /// The findings of a ladder; the last says what all of them leave.
     pub fn named(&mut self, family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         self.note(family, ladder);
@@ -112,6 +129,7 @@ impl Loads {
     /// The largest effect size of each cause, over its forms and the kinds of experiment, and how well all is fitted.
     fn note(&mut self, family: &dyn Family, ladder: &Ladder) {
         self.log_likelihood += ladder.full.objective;
+        self.scope.climbed(family, ladder);
         for (law, size) in ladder.effect_sizes() {
             let own = self.effect_sizes.entry(family.laws()[law].cause).or_insert(0.0);
             *own = own.max(size);

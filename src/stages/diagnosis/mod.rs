@@ -70,6 +70,7 @@ mod pushes;
 mod revision;
 mod rolls;
 mod rubbing;
+mod scope;
 mod screen;
 mod sensor;
 mod sensor_lag;

@@ -42,6 +42,19 @@ pub fn centre_findings(capture: &Capture, segmented: &[Segmented], model: &Model
     (plain, findings)
 }
 
+/// Whether touches measured a centre of mass, of a thing whose shape is known.
+pub fn tells_centre(model: &Model) -> bool {
+    let of = |link: &Link| {
+        let measured = link.com.as_ref().filter(|c| c.is_measured() && c.method != TOSS_METHOD);
+        let known = link.mesh.as_ref().is_some_and(|m| model.meshes.contains_key(m));
+        known
+            && measured
+                .and_then(|c| c.sd)
+                .is_some_and(|sd| sd.iter().any(|s| *s < VAGUE))
+    };
+    model.twin.links().any(|(_, l)| of(l))
+}
+
 /// How far a measured centre of mass lies from the centroid, link frame.
 struct Offset {
     centroid: Point3<f64>,

@@ -125,6 +125,12 @@ pub fn onset_findings(begun: &[(String, Vec<Onset>)], clocks: &Clocks) -> Vec<Fi
     begun.iter().filter_map(one).collect()
 }
 
+/// Whether a body was pushed from rest so often, with force and track, that a way of its own would show.
+pub fn begin_slowly(begun: &[(String, Vec<Onset>)]) -> bool {
+    let fitted = |all: &[Onset]| all.iter().filter(|o| !o.held_out).count();
+    begun.iter().any(|(_, all)| fitted(all) >= FEWEST)
+}
+
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }

@@ -154,14 +154,18 @@ fn worse(than: &[Fitted], other: &[Fitted]) -> f64 {
     than.iter().filter_map(|f| Some(own(f)?.cost - f.cost)).sum()
 }
 
-/// The lag that all pushes share; nothing where it is not clear.
-pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
-    let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
-    let by = |read: Read| -> Vec<Fitted> { fitted.iter().filter_map(|push| fit(push, read, None)).collect() };
+/// What pushes that were fitted say by one way of reading them.
+fn by(all: &[Onset], read: Read) -> Vec<Fitted<'_>> {
+    let fitted = all.iter().filter(|o| !o.held_out);
+    fitted.filter_map(|push| fit(push, read, None)).collect()
+}
+
+/// The pushes that tell a lag: by how many poles, what each says, and what is typical of them, s.
+fn telling(all: &[Onset]) -> Option<(u8, Vec<Fitted<'_>>, f64)> {
     // A rise that goes neither way, as that of a tip that rings, tells no lag.
     let telling = |f: &Fitted| f.cost < MISFIT * f.push.rise.len() as f64;
     let [one, two] = [1, 2].map(|poles| {
-        by(Read::Lagging(poles))
+        by(all, Read::Lagging(poles))
             .into_iter()
             .filter(telling)
             .collect::<Vec<Fitted>>()
@@ -173,9 +177,20 @@ pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
         all.into_iter().filter(long).collect::<Vec<Fitted>>()
     });
     let (poles, told) = if worse(&one, &two) < 0.0 { (2, two) } else { (1, one) };
+    (told.len() >= FEWEST).then_some((poles, told, typical))
+}
+
+/// Whether enough pushes rise so that a lag of the sensor would show.
+pub fn tells_lag(all: &[Onset]) -> bool {
+    telling(all).is_some()
+}
+
+/// The lag that all pushes share; nothing where it is not clear.
+pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
+    let (poles, told, typical) = telling(all)?;
     let (values, sds): (Vec<f64>, Vec<f64>) = told.iter().map(|f| f.size).unzip();
-    let pooled = random_effects(&values, &sds, SCATTER * typical).filter(|_| told.len() >= FEWEST)?;
-    let like_it = [Read::Late, Read::Presliding, Read::Soft].map(|read| worse(&told, &by(read)));
+    let pooled = random_effects(&values, &sds, SCATTER * typical)?;
+    let like_it = [Read::Late, Read::Presliding, Read::Soft].map(|read| worse(&told, &by(all, read)));
     let better = like_it.into_iter().fold(f64::INFINITY, f64::min);
     if !(LEAST..LONGEST).contains(&pooled.mean) || pooled.mean < CLEAR * pooled.sd || better < BETTER {
         return None;

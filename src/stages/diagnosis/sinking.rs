@@ -61,6 +61,16 @@ pub fn sinking_findings(capture: &Capture, segmented: &[Segmented], model: &Mode
     names.into_iter().filter_map(one).collect()
 }
 
+/// Whether things were pressed with force and track so often that a support that gives would show.
+pub fn tells_sinking(capture: &Capture, segmented: &[Segmented], model: &Model) -> bool {
+    let told = |i: &&Interaction| {
+        let segmented = segmented.iter().find(|s| s.interaction == i.name);
+        let followed = action_of(capture, i, segmented, model).is_some_and(|a| i.tracks.contains_key(&a.target));
+        i.kind == Kind::Press && i.force.is_some() && followed
+    };
+    capture.interactions.iter().filter(told).count() >= FEWEST
+}
+
 fn sunk(scene: &Scene, interaction: &Interaction, name: &str, up: &Vector3<f64>) -> Option<Sunk> {
     let action = action_of(scene.capture, interaction, scene.segmented, scene.model)?;
     let track = interaction.tracks.get(name).filter(|_| action.target == name)?;

@@ -178,21 +178,28 @@ pub fn tare_finding(capture: &Capture, segmented: &[Segmented], named: &[Finding
     if named.iter().any(|f| WAYS.iter().any(|w| w.cause == f.cause)) {
         return None;
     }
-    let streams = || capture.interactions.iter().filter_map(|i| i.force.as_ref());
-    let zero = streams()
-        .filter_map(|s| s.time.first().copied())
-        .fold(f64::INFINITY, f64::min);
-    let largest = streams()
+    let streams = capture.interactions.iter().filter_map(|i| i.force.as_ref());
+    let largest = streams
         .flat_map(|s| &s.force)
         .map(|f| f.norm())
         .filter(|f| f.is_finite());
     let largest = largest.fold(0.0, f64::max);
-    let all: Vec<Reading> = capture
-        .interactions
-        .iter()
-        .filter_map(|i| Reading::of(i, segmented, zero))
-        .collect();
-    told(&all, largest)
+    told(&readings(capture, segmented), largest)
+}
+
+/// Whether enough free tools were read for a bias or a drift to show.
+pub fn tells_tare(capture: &Capture, segmented: &[Segmented]) -> bool {
+    let all = readings(capture, segmented);
+    all.iter().filter(|r| !r.held_out).count() >= FEWEST
+}
+
+fn readings(capture: &Capture, segmented: &[Segmented]) -> Vec<Reading> {
+    let streams = capture.interactions.iter().filter_map(|i| i.force.as_ref());
+    let zero = streams
+        .filter_map(|s| s.time.first().copied())
+        .fold(f64::INFINITY, f64::min);
+    let each = capture.interactions.iter();
+    each.filter_map(|i| Reading::of(i, segmented, zero)).collect()
 }
 
 fn told(all: &[Reading], largest: f64) -> Option<Finding> {

@@ -83,6 +83,13 @@ fn touched(inertia: &Estimate<[f64; 6]>, capture: &Capture) -> bool {
     inertia.is_measured() && (spun || inertia.method.starts_with(TWISTED))
 }
 
+/// Whether touches told the yaw inertia of a thing.
+pub fn tells_yaw(capture: &Capture, model: &Model) -> bool {
+    let up = support_normal(capture, model).into_inner();
+    let told = |link: &Link| Yaw::of(link, model, &up).is_some_and(|y| touched(y.of, capture));
+    model.twin.links().any(|(_, l)| told(l))
+}
+
 /// Bodies that resist being spun about the support's normal more, or less, than their shape at uniform density does.
 pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
     let up = support_normal(capture, model).into_inner();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::effects::{Effect, Gaussian};
 use super::report::{GroupResult, Snapshots, ThingResult};
-use crate::twin::{BaseFit, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Verdict};
+use crate::twin::{BaseFit, CAUSES, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Verdict};
 
 /// Odds at which chance alone may call a good simulation wrong, over all groups that are judged.
 const FALSE_ALARM: f64 = 0.01;
@@ -52,7 +52,12 @@ impl Snapshots {
             },
             verdict: if adequate { Verdict::Adequate } else { Verdict::Unknown },
             findings: Vec::new(),
-            experiments: self.things.iter().flat_map(experiments).collect(),
+            experiments: self
+                .things
+                .iter()
+                .flat_map(experiments)
+                .chain([whole_touches()])
+                .collect(),
             profiles: Vec::new(),
             budgets: Vec::new(),
         }
@@ -120,6 +125,17 @@ fn evidence(thing: &ThingResult, group: &GroupResult) -> Evidence {
             1e3 * group.energy[1],
             1e3 * group.energy[0],
         ),
+    }
+}
+
+/// Where things stood before and after a touch names no cause: all of them need the touch itself.
+fn whole_touches() -> Experiment {
+    Experiment {
+        words: "record whole touches, tool and things tracked and the tool's force read: snapshots name no cause"
+            .into(),
+        parts: CAUSES.map(str::to_owned).to_vec(),
+        bits: None,
+        touches: Vec::new(),
     }
 }
 

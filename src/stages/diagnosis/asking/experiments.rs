@@ -1,7 +1,5 @@
-//! Which experiments are told: those that were worked out, those that are known to part such causes, and those that would show
-//! what these data say nothing of.
-
-use std::collections::BTreeSet;
+//! Which experiments are told for causes that were not told apart: those that were worked out, and those that are known to part such
+//! causes.
 
 use super::imagined::Asked;
 use crate::twin::{AskedTouch, Experiment, Finding};
@@ -152,22 +150,9 @@ const TWIST: &str = "lift the body and twist it to and fro about the vertical: h
 const HANG: &str = "hang the body from three threads of one length and time how it twists to and fro: its yaw inertia goes with the \
                     square of that time, and fast pushes have told it as well as they can";
 
-/// What was done to the things of a capture, as far as the laws of it could be asked for.
+/// What is known of a body whose centre is not where its shape has it.
 #[derive(Clone, Debug, Default)]
 pub struct Done {
-    pub pushed: bool,
-    /// Under loads that differ.
-    pub loaded: bool,
-    /// Something rolled on by itself.
-    pub rolled: bool,
-    pub pressed: bool,
-    /// Joints were moved through what shows their laws.
-    pub turned: bool,
-    /// How many joints there are.
-    pub joints: usize,
-    pub tossed: bool,
-    /// Something was twisted while it hung on the tool.
-    pub twisted: bool,
     /// Fast pushes off the middle that could be made next, and whether such pushes have told a yaw inertia well.
     pub spins: Vec<AskedTouch>,
     pub spun: bool,
@@ -175,102 +160,9 @@ pub struct Done {
     pub twist: Option<AskedTouch>,
 }
 
-/// What the motions of joints show.
-const OF_JOINTS: &[&str] = &[
-    "joint-stiction",
-    "joint-damping",
-    "joint-spring",
-    "joint-gravity",
-    "detent",
-    "latch",
-    "soft-close",
-    "limit-compliance",
-    "backlash",
-    "joint-loose-mass",
-    "moving-axis",
-];
-/// How to load a thing.
-const LOAD: &str = "weigh it, hold it, and drag it while pressing it down with three forces, up to twice its weight";
-/// How to let a thing roll.
-const ROLL: &str = "push what is round so that it rolls on by itself, at two speeds and along two headings";
-
-/// Causes of which nothing shows unless something is done that was not, or that needs more than these data have.
-fn not_shown(done: &Done) -> Vec<(&'static [&'static str], &'static str)> {
-    let mut out: Vec<(&[&str], &str)> = Vec::new();
-    if !done.pushed && !done.tossed {
-        out.push((
-            &[
-                "velocity-weakening-friction",
-                "viscous-friction",
-                "static-ageing",
-                "anisotropic-friction",
-                "friction-patch",
-                "support-tilt",
-                "bump",
-                "magnet",
-                "tether",
-                "breakaway-bond",
-                "hidden-body",
-                "loose-mass",
-                "contact-point-offset",
-            ],
-            "push each thing along the table from all sides, over one spot, at four speeds, at once and after a while",
-        ));
-    }
-    if !done.pressed {
-        out.push((
-            &[
-                "hardening-stiffness",
-                "second-stage",
-                "elastic-damping",
-                "stress-relaxation",
-                "plastic-set",
-                "elastic-hysteresis",
-                "softening-by-use",
-                "snap-through",
-                "adhesion",
-                "support-compliance",
-            ],
-            "press into what may give, to several depths at two rates, hold each for three seconds, and do the deepest twice",
-        ));
-    }
-    if done.joints > 0 && !done.turned {
-        out.push((
-            OF_JOINTS,
-            "move the joint through all of its range and back, by a handle, at three speeds or more",
-        ));
-    }
-    if done.pushed {
-        out.push((&["force-gain"], "hang a known weight on the tool"));
-        out.push((
-            &["contact-law"],
-            "push a face obliquely so that the finger slides along it, and press the finger on a rigid stop",
-        ));
-    }
-    if done.pushed && !done.twisted {
-        out.push((
-            &["yaw-inertia"],
-            "lift it and twist it to and fro about the vertical, or spin it and let it coast",
-        ));
-    }
-    if done.pushed && !done.loaded {
-        out.push((&["load-dependent-friction"], LOAD));
-    }
-    if done.pushed && !done.rolled {
-        out.push((&["rolling-resistance"], ROLL));
-    }
-    if done.turned && done.joints < 2 {
-        out.push((
-            &["joint-coupling"],
-            "move the joint with everything near it in view: what moves along with it is geared to it",
-        ));
-    }
-    out
-}
-
 /// Experiments for the rivals of each finding, those that were worked out (`asked`) before those that are known to part
-/// such causes; then for what could not be tested.
-pub fn experiments(findings: &[Finding], asked: &[Asked], untestable: &BTreeSet<&str>, done: &Done) -> Vec<Experiment> {
+/// such causes.
+pub fn experiments(findings: &[Finding], asked: &[Asked], done: &Done) -> Vec<Experiment> {
     let mut out: Vec<Experiment> = Vec::new();
     for finding in findings.iter().filter(|f| !f.alternatives.is_empty()) {
         let of_it = |(place, e): &&Asked| *place == finding.place && e.parts.first() == Some(&finding.cause);
@@ -301,24 +193,6 @@ pub fn experiments(findings: &[Finding], asked: &[Asked], untestable: &BTreeSet<
             parts,
             bits: Some(bits),
         });
-    }
-    let tried = PARTING.into_iter().map(|(set, words)| {
-        let parts: Vec<&str> = set.iter().copied().filter(|c| untestable.contains(c)).collect();
-        (parts, words)
-    });
-    let never = not_shown(done).into_iter().map(|(set, words)| (set.to_vec(), words));
-    for (parts, words) in tried.chain(never) {
-        let found = |c: &&str| !findings.iter().any(|f| f.cause == *c);
-        let parts: Vec<String> = parts.into_iter().filter(found).map(str::to_owned).collect();
-        let told = |e: &Experiment| e.words == words;
-        if !parts.is_empty() && !out.iter().any(told) {
-            out.push(Experiment {
-                words: words.into(),
-                parts,
-                bits: None,
-                touches: Vec::new(),
-            });
-        }
     }
     out
 }

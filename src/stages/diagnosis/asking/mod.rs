@@ -6,8 +6,10 @@ mod experiments;
 mod imagined;
 mod outlook;
 mod spins;
+mod unseen;
 mod words;
 
 pub use experiments::{Done, experiments};
 pub use imagined::{Imagined, asked};
 pub use spins::{spins, twist};
+pub use unseen::{Has, showing};

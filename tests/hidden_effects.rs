@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
-use palpate::base::{Progress, Seed, rng_for};
+use palpate::base::{Notices, Progress, Seed, rng_for};
+use palpate::capture::Capture;
 use palpate::lab::{Scene, hide_by_word, scene_named, synthesise};
-use palpate::pipeline::{Options, Run, build};
+use palpate::pipeline::{Options, Pass, Run, build, judge};
 use palpate::twin::{CAUSES, Verdict};
 use rand::Rng;
 
@@ -14,10 +15,15 @@ fn probed(scene: &str, hidden: &str, seed: u64) -> Run {
 }
 
 fn probed_with(scene: &str, hidden: &str, seed: u64, options: &Options) -> Run {
+    build(&captured(scene, hidden, seed), options, &Progress::silent()).expect("a twin")
+}
+
+/// The capture of [`probed`].
+fn captured(scene: &str, hidden: &str, seed: u64) -> Capture {
     let mut scene = scene_named(scene).expect("a built-in scene");
     scene.hide = hide_by_word(&scene, hidden, Seed(seed)).expect("a cause that it can hide");
-    let made = synthesise(&scene, Path::new("."), Seed(seed), &Progress::silent()).expect("a capture");
-    build(&made.capture, options, &Progress::silent()).expect("a twin")
+    let made = synthesise(&scene, Path::new("."), Seed(seed), &Progress::silent());
+    made.expect("a capture").capture
 }
 
 fn named(run: &Run) -> Vec<&str> {
@@ -89,6 +95,39 @@ fn paths_that_are_read_badly_and_readings_that_are_few_make_no_cause() {
         assert_eq!(run.diagnosis.verdict, Verdict::Adequate);
     }
     assert_eq!(named(&read("preload:2", &|_| ())), ["preload"]);
+}
+
+/// A model that carries what was found, with numbers beside it, is right of the capture that it was made from.
+#[test]
+fn effects_that_a_model_carries_are_not_lacking_and_its_numbers_are_beside_them() {
+    let passes = Pass::ALL.into_iter().filter(|p| *p != Pass::Diagnosis).collect();
+    let bare = Options {
+        passes,
+        ..Options::default()
+    };
+    for (scene, hidden, seed) in [
+        ("probe-pushes", "viscous-friction:1.7", 5),
+        ("probe-hinge", "detent:2", 6),
+        ("probe-hinge", "joint-quadratic-damping:2", 7),
+    ] {
+        let capture = captured(scene, hidden, seed);
+        let build = |options: &Options| build(&capture, options, &Progress::silent()).expect("a twin").model;
+        let (model, fresh) = (build(&Options::default()), build(&bare));
+        let judged = judge(&capture, &model, &fresh, &Options::default(), &mut Notices::default()).expect("judged");
+        let off: Vec<String> = judged
+            .numbers
+            .iter()
+            .filter(|n| n.outside)
+            .map(ToString::to_string)
+            .collect();
+        assert!(off.is_empty(), "{hidden}: {off:?}");
+        let cause = hidden.split(':').next().unwrap_or_default();
+        assert!(
+            judged.carried.iter().any(|[c, _]| c == cause),
+            "{hidden}: {:?}",
+            judged.carried
+        );
+    }
 }
 
 #[test]

@@ -20,10 +20,10 @@ pub fn shown(scene: &Scene, number: u64, with: &Capture) -> Option<f64> {
     plain.hide.clear();
     let made = synthesise(&plain, Path::new("."), Seed(number), &Progress::silent()).ok()?;
     let without = &made.capture;
-    let [force, position] = [with.noise.force?, with.noise.position?];
+    let noise = [scene.noise.force, scene.noise.position];
     let pairs = with.interactions.iter().filter_map(|i| {
         let other = without.interactions.iter().find(|o| o.name == i.name)?;
-        Some(changed(i, other, [force, position]))
+        Some(changed(i, other, noise))
     });
     pairs.reduce(f64::max)
 }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::sensor::taken_out;
 use crate::capture::{Capture, Interaction, Segmented};
 use crate::math::{median, quantile, weighted_linear};
-use crate::twin::{Evidence, Finding};
+use crate::twin::{BaseFit, Evidence, Finding};
 
 /// Frequencies that are tried, Hz, and by how much they differ.
 const LOWEST: f64 = 2.0;
@@ -46,7 +46,7 @@ struct Spectrum {
 
 /// One frequency in nearly all touches.
 #[derive(Clone, Debug)]
-pub struct Shaking {
+struct Shaking {
     hertz: f64,
     /// Half of how far it swings, N.
     force: f64,
@@ -58,7 +58,7 @@ pub struct Shaking {
 
 impl Shaking {
     /// As `diagnosis.json` says it.
-    pub fn evidence(&self) -> Evidence {
+    fn evidence(&self) -> Evidence {
         let [shaken, all] = self.touches;
         Evidence {
             residual: "force over time".into(),
@@ -74,12 +74,15 @@ impl Shaking {
     }
 }
 
-/// The odds of what was named where something shakes.
-pub fn beside_it(finding: &mut Finding, shaking: Option<&Shaking>) {
-    if shaking.is_some() && !taken_out(finding) {
+/// Whether something shakes: it is told beside what the plain model leaves, and makes what was named less sure.
+pub fn shaken(capture: &Capture, segmented: &[Segmented], (findings, base): (&mut [Finding], &mut BaseFit)) -> bool {
+    let found = shaking(capture, segmented);
+    base.tests.extend(found.as_ref().map(Shaking::evidence));
+    for finding in findings.iter_mut().filter(|f| found.is_some() && !taken_out(f)) {
         finding.probability *= PART;
         finding.alternatives.iter_mut().for_each(|a| a.probability *= PART);
     }
+    found.is_some()
 }
 
 /// Means over `SAMPLE` s of the longest stretch in which something is touched, without its ends.
@@ -176,7 +179,7 @@ impl Spectrum {
 }
 
 /// Whether the force swings at one frequency in nearly all touches, by more than the noise.
-pub fn shaking(capture: &Capture, segmented: &[Segmented]) -> Option<Shaking> {
+fn shaking(capture: &Capture, segmented: &[Segmented]) -> Option<Shaking> {
     let spectra: Vec<Spectrum> = capture
         .interactions
         .iter()

@@ -178,6 +178,11 @@ pub trait Family: Sync {
         Vec::new()
     }
 
+    /// Covariates that are made for profiles alone, beside a law with these values where there is one.
+    fn only_shown(&self, _group: usize, _law: Option<(usize, &[f64])>) -> Vec<Covariate> {
+        Vec::new()
+    }
+
     /// The kind of channel that a law is about, on which its gain is measured.
     fn about(&self, _law: usize) -> usize {
         0

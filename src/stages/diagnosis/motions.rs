@@ -21,6 +21,7 @@ use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
 use super::motion_sensor::{Free, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
+use super::shows_in::{ACCELERATION, BACK, DIRECTION};
 use crate::capture::{Capture, Segmented};
 use crate::math::{median, quantile};
 use crate::stages::estimation::JointLoad;
@@ -374,6 +375,14 @@ impl Family for Motions {
     }
 
     fn besides(&self, group: usize) -> Vec<Covariate> {
-        vec![("direction of the motion", "1", self.told(group, &|m| m.speed.signum()))]
+        vec![(DIRECTION, "1", self.told(group, &|m| m.speed.signum()))]
+    }
+
+    fn only_shown(&self, group: usize, _law: Option<(usize, &[f64])>) -> Vec<Covariate> {
+        let unit = if self.turns { ["rad/s²", "rad"] } else { ["m/s²", "m"] };
+        vec![
+            (ACCELERATION, unit[0], self.told(group, &|m| m.gain)),
+            (BACK, unit[1], self.told(group, &|m| m.back)),
+        ]
     }
 }

@@ -7,7 +7,7 @@ use super::family::{Family, Law};
 use super::fit::Fit;
 use super::held_out::{gain, refit};
 use super::naming::{Ladder, Taken};
-use super::profile::profile;
+use super::profile::profiled;
 use crate::base::Estimate;
 use crate::twin::{CauseOdds, Evidence, Finding};
 
@@ -36,7 +36,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             alternatives: odds.into_iter().filter(|o| o.cause != law.cause).collect(),
             parameters: estimates(family, ladder, taken.law),
             evidence: std::iter::once(evidence(family, taken))
-                .chain(profile(family, &before))
+                .chain(profile(family, [&before, &ladder.full], taken.law))
                 .collect(),
             gain,
         });
@@ -185,6 +185,12 @@ fn prior(law: &Law) -> f64 {
         "rate-state-friction" => 0.5,
         _ => 1.0,
     }
+}
+
+/// What is left without a law against what its cause shows in.
+fn profile(family: &dyn Family, [before, full]: [&Fit; 2], law: usize) -> Option<Evidence> {
+    let quantity = family.kinds().get(family.about(law))?.quantity;
+    profiled(family, before, full, law)?.evidence(quantity)
 }
 
 fn evidence(family: &dyn Family, taken: &Taken) -> Evidence {

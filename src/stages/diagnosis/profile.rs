@@ -1,109 +1,131 @@
-//! Where the plain model is wrong: what is left of its force against each thing that it might depend on, in words.
+//! Where a model is wrong: what it leaves of what was read against what that might depend on, in words.
 
+use std::f64::consts::PI;
+
+use super::Quantity;
+use super::contrast::Contrast;
 use super::family::Family;
 use super::fit::Fit;
-use super::marginal::{Point, predict};
-use crate::math::{quantile, t_tail};
+use super::laid::{Found, Laid, Residuals};
+use super::named::values;
+use super::profile_words::{off, spoken};
+use super::shows_in::{Cut, View, shows_in, usual};
 use crate::twin::Evidence;
 
-/// Mean of what is left of each interaction at the low and the high end of a covariate.
-struct Ends {
-    name: &'static str,
-    unit: &'static str,
-    middle: f64,
-    low: f64,
-    high: f64,
-    t: f64,
-    degrees: f64,
+/// Chance above which nothing is said of a profile.
+const SIGNIFICANT: f64 = 0.01;
+
+/// A covariate against which residuals are laid out, with what they show there.
+pub struct Profiled {
+    pub view: View,
+    pub unit: &'static str,
+    /// By interaction, all of the family's.
+    pub laid: Vec<Laid>,
+    pub found: Option<Found>,
 }
 
-/// The covariate that parts the plain model's errors best, as evidence.
-pub fn profile(family: &dyn Family, plain: &Fit) -> Option<Evidence> {
-    let count = family.covariates(*plain.groups.first()?).len();
-    let ends = (0..count).filter_map(|k| ends(family, plain, k));
-    let best = ends.max_by(|a, b| a.t.abs().total_cmp(&b.t.abs()))?;
-    let side = |x: f64| if x > 0.0 { "too low" } else { "too high" };
-    let quantity = family.kinds().first()?.quantity;
-    // Two digits of the larger one, at least two decimals.
-    let digits = (1.0 - best.low.abs().max(best.high.abs()).max(1e-9).log10().floor()).clamp(2.0, 6.0) as usize;
-    let words = format!(
-        "below {:.3} {unit} of {} the predicted {what} is {:.digits$} {si} {} and above it {:.digits$} {si} {}",
-        best.middle,
-        best.name,
-        best.low.abs(),
-        side(best.low),
-        best.high.abs(),
-        side(best.high),
-        unit = best.unit,
-        what = quantity.name(),
-        si = quantity.unit(),
-    );
-    Some(Evidence {
-        residual: format!("force against {}", best.name),
-        test: "difference of the ends, over interactions".into(),
-        statistic: best.t,
-        p_value: (2.0 * t_tail(best.t.abs(), best.degrees)).min(1.0),
-        words,
-    })
-}
-
-/// Which covariate parts the errors of a model best.
-pub fn parting(family: &dyn Family, fit: &Fit) -> Option<usize> {
-    let count = family.covariates(*fit.groups.first()?).len();
-    let each = (0..count).filter_map(|k| Some((k, ends(family, fit, k)?.t.abs())));
-    each.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
-}
-
-fn ends(family: &dyn Family, plain: &Fit, k: usize) -> Option<Ends> {
-    let none = vec![0.0; family.scatter().len()];
-    let mut rows: Vec<(f64, f64)> = Vec::new();
-    let (mut name, mut unit) = ("", "");
-    for g in &plain.groups {
-        let point = Point {
-            laws: &plain.laws,
-            theta: &plain.theta,
-        };
-        let predicted = predict(family, *g, &point, &none);
-        let measured = family.groups()[*g].channels.iter().flat_map(|c| c.measured.iter());
-        let covariates = family.covariates(*g);
-        let (of, si, values) = covariates.get(k)?;
-        (name, unit) = (*of, *si);
-        let each = measured.zip(&predicted).zip(values).filter(|(_, v)| v.is_finite());
-        let (mut sum, mut at, mut n) = (0.0, 0.0, 0.0);
-        for ((m, p), v) in each {
-            (sum, at, n) = (sum + m - p, at + v, n + 1.0);
+/// What a law's finding is shown against: what its cause shows in, else what stands out beyond doubt; where nothing does, the
+/// first of these says nothing in words.
+pub fn profiled(family: &dyn Family, before: &Fit, full: &Fit, law: usize) -> Option<Profiled> {
+    let own: Vec<f64> = values(family, full, law).iter().map(|v| v.0).collect();
+    let form = &family.laws()[law];
+    let residuals = Residuals::of(family, before, family.about(law), form.place != "sensor");
+    let all = |views: &[View]| -> Vec<Profiled> {
+        let each = views.iter().filter_map(|v| residuals.profiled(*v, Some((law, &own))));
+        let mut each: Vec<Profiled> = each.collect();
+        let tries = each.len() as f64;
+        for f in each.iter_mut().filter_map(|e| e.found.as_mut()) {
+            f.p_value = (f.p_value * tries).min(1.0);
         }
-        if n > 0.0 {
-            rows.push((at / n, sum / n));
-        }
-    }
-    let places: Vec<f64> = rows.iter().map(|r| r.0).collect();
-    let middle = quantile(&places, 0.5)?;
-    let of = |high: bool| {
-        rows.iter()
-            .filter(|r| (r.0 > middle) == high)
-            .map(|r| r.1)
-            .collect::<Vec<f64>>()
+        each
     };
-    let (low, high) = (of(false), of(true));
-    if low.len() < 2 || high.len() < 2 {
-        return None;
+    let mut preferred = all(&shows_in(form.cause));
+    if let Some(k) = surest(&preferred) {
+        return Some(preferred.swap_remove(k));
     }
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-    let (a, b) = (mean(&low), mean(&high));
-    let spread = |x: &[f64], m: f64| x.iter().map(|v| (v - m).powi(2)).sum::<f64>();
-    let degrees = (low.len() + high.len() - 2) as f64;
-    let pooled = (spread(&low, a) + spread(&high, b)) / degrees;
-    let error = (pooled * (1.0 / low.len() as f64 + 1.0 / high.len() as f64))
-        .sqrt()
-        .max(1e-9);
-    Some(Ends {
-        name,
-        unit,
-        middle,
-        low: a,
-        high: b,
-        t: (b - a) / error,
-        degrees,
-    })
+    let names = family.covariates(*before.groups.first()?);
+    let others: Vec<View> = names.iter().map(|c| usual(c.0)).collect();
+    let mut others = all(&others);
+    match surest(&others) {
+        Some(k) => Some(others.swap_remove(k)),
+        None => {
+            let any = preferred.into_iter().chain(others).next()?;
+            Some(Profiled { found: None, ..any })
+        }
+    }
+}
+
+/// The surest of those that are beyond doubt.
+fn surest(all: &[Profiled]) -> Option<usize> {
+    let sure = all
+        .iter()
+        .enumerate()
+        .filter_map(|(k, p)| Some((k, p.found.as_ref()?.p_value)));
+    let sure = sure.filter(|(_, p)| *p < SIGNIFICANT);
+    sure.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
+}
+
+impl Profiled {
+    /// What is laid out against what, in words.
+    pub fn name(&self) -> String {
+        let along = if self.view.along { ", along the motion" } else { "" };
+        format!("{}{along}", self.view.covariate)
+    }
+
+    /// What stands out, where anything does.
+    pub fn evidence(&self, quantity: Quantity) -> Option<Evidence> {
+        let found = self.found.as_ref()?;
+        let Contrast { inside, outside, t, .. } = &found.contrast;
+        let along = if self.view.along {
+            ", taken along the motion,"
+        } else {
+            ""
+        };
+        Some(Evidence {
+            residual: format!("{} against {}", quantity.name(), self.name()),
+            test: "contrast with the rest, and trend, jackknife over interactions".into(),
+            statistic: *t,
+            p_value: found.p_value,
+            words: format!(
+                "where the {} is {}, the predicted {}{along} is {}; elsewhere {}",
+                self.view.covariate,
+                self.part(found.part),
+                quantity.name(),
+                off(inside, quantity),
+                off(outside, quantity)
+            ),
+        })
+    }
+
+    fn part(&self, [from, to]: [f64; 2]) -> String {
+        let of = |x: f64| spoken(x, self.unit);
+        match self.view.cut {
+            Cut::Sector(period) => {
+                let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+                let opposite = if period < 1.5 * PI { ", or opposite" } else { "" };
+                format!("within {} of {}{opposite}", of(half), of(middle))
+            }
+            _ if from.is_infinite() => format!("below {}", of(to)),
+            _ if to.is_infinite() => format!("above {}", of(from)),
+            _ => format!("from {} to {}", of(from), of(to)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Config;
+    use super::super::naming::climb;
+    use super::super::toy::Toy;
+    use super::*;
+
+    /// What neither the preferred covariate nor another one shows is not said.
+    #[test]
+    fn a_profile_that_is_not_significant_is_not_told() {
+        let toy = Toy::new(&[(2, 0.4)], 11);
+        let ladder = climb(&toy, &Config::default()).expect("interactions");
+        let told = profiled(&toy, &ladder.plain, &ladder.full, 2).expect("a covariate");
+        let said = told.evidence(Quantity::Force);
+        assert!(said.is_none_or(|e| e.p_value < SIGNIFICANT));
+    }
 }

@@ -76,6 +76,14 @@ pub fn share(active: &Active, s: &State, length: f64, load: f64, share: &mut f64
     };
 }
 
+/// Whether the second and the third number of a form are the place about which it acts, m.
+pub fn is_about_a_place(form: usize) -> bool {
+    matches!(
+        form,
+        form::PATCH | form::PATCH_SHARP | form::BUMP | form::BUMP_BOUNDED | form::MAGNET | form::MAGNET_FAR
+    )
+}
+
 /// Something that stands in the way and is pushed along, N along the motion: `reached` (m) is how far it was brought along
 /// the direction of the law, and is taken on.
 pub fn pushed_along(active: &Active, s: &State, reached: &mut f64, force: &mut f64) {

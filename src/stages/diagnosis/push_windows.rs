@@ -1,9 +1,10 @@
 //! A push averaged over windows of slip, and how well each mean is known.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use super::family::Covariate;
 use super::push_states::State;
+use super::shows_in::{DISTANCE, LOAD, PAST, SPEEDING, TOOL_HEADING, WORN};
 
 /// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
 pub const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
@@ -138,4 +139,23 @@ const SLOW: f64 = 1e-3;
 /// Slow pushes lie far apart only by the logarithm of their speed.
 pub fn besides(states: &[State]) -> Vec<Covariate> {
     vec![("logarithm of speed", "1", column(states, |s| s.speed.max(SLOW).ln()))]
+}
+
+/// What profiles alone are laid out against; `weight` in N, `place` where a law acts.
+pub fn only_shown(states: &[State], weight: f64, place: Option<Vector2<f64>>) -> Vec<Covariate> {
+    let seen = |s: &State| {
+        let way = s.tool.inverse() * Vector3::new(s.heading.x, s.heading.y, 0.0);
+        way.y.atan2(way.x)
+    };
+    let mut all = vec![
+        (LOAD, "N", column(states, |s| weight * s.loaded)),
+        (WORN, "m", column(states, |s| s.worn)),
+        (SPEEDING, "N", column(states, |s| s.inertia)),
+        (TOOL_HEADING, "rad", column(states, seen)),
+    ];
+    if let Some(place) = place {
+        all.push((DISTANCE, "m", column(states, |s| (s.at - place).norm())));
+        all.push((PAST, "m", column(states, |s| (s.at - place).dot(&s.heading))));
+    }
+    all
 }

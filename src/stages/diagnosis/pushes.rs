@@ -17,7 +17,7 @@ use super::push_motion::paces;
 use super::push_plane::{lean_of, origin_of, plane_of};
 use super::push_states::{Observed, State, excuse_blows};
 use super::push_touches::Ready;
-use super::push_windows::{USUAL, WIDTH, besides, covariates};
+use super::push_windows::{USUAL, WIDTH, besides, covariates, only_shown};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::twin::Model;
@@ -379,5 +379,11 @@ impl Family for Pushes {
 
     fn besides(&self, group: usize) -> Vec<Covariate> {
         besides(&self.states[group])
+    }
+
+    fn only_shown(&self, group: usize, law: Option<(usize, &[f64])>) -> Vec<Covariate> {
+        let place = law.filter(|(l, _)| push_laws::is_about_a_place(self.laws()[*l].form));
+        let place = place.map(|(_, v)| Vector2::new(v[1], v[2]));
+        only_shown(&self.states[group], self.loads[self.bodies[group]], place)
     }
 }

@@ -4,8 +4,9 @@
 use super::family::{Family, Scatter};
 use super::fit::Fit;
 use super::held_out::{left, left_of, refit};
+use super::laid::Laid;
 use super::naming::Ladder;
-use super::profile::parting;
+use super::profile::profiled;
 use crate::math::quantile;
 use crate::twin::{Budget, Finding, Profile, ProfileBin, ProfileSample};
 
@@ -30,12 +31,14 @@ pub fn profiles(family: &dyn Family, ladder: &Ladder, findings: &[Finding]) -> V
 
 fn profile(family: &dyn Family, before: &Fit, ladder: &Ladder, law: usize) -> Option<Profile> {
     let kind = family.about(law);
-    let k = parting(family, before)?;
-    let (covariate, covariate_unit, _) = family.covariates(*before.groups.first()?).swap_remove(k);
+    let profiled = profiled(family, before, &ladder.full, law)?;
     let quantity = family.kinds().get(kind)?.quantity;
     let fits = [before, &ladder.full];
     let all: Vec<usize> = (0..family.groups().len()).collect();
-    let each: Vec<Vec<Row>> = all.iter().map(|g| rows(family, fits, *g, kind, k)).collect();
+    let each: Vec<Vec<Row>> = all
+        .iter()
+        .map(|g| rows(family, fits, *g, kind, &profiled.laid[*g]))
+        .collect();
     let change = |g: usize| {
         each[g]
             .iter()
@@ -50,8 +53,8 @@ fn profile(family: &dyn Family, before: &Fit, ladder: &Ladder, law: usize) -> Op
         place: family.laws()[law].place.clone(),
         quantity: quantity.name().into(),
         unit: quantity.unit().into(),
-        covariate: covariate.into(),
-        covariate_unit: covariate_unit.into(),
+        covariate: profiled.name(),
+        covariate_unit: profiled.unit.into(),
         bins: bins(&each),
         interaction: family.groups()[most].name.clone(),
         held_out: family.groups()[most].held_out,
@@ -65,9 +68,11 @@ struct Row {
     time: f64,
     measured: f64,
     left: [f64; 2],
+    /// What either is multiplied by in a profile: the direction of the motion where it is taken along that.
+    sign: f64,
 }
 
-fn rows(family: &dyn Family, fits: [&Fit; 2], group: usize, kind: usize, k: usize) -> Vec<Row> {
+fn rows(family: &dyn Family, fits: [&Fit; 2], group: usize, kind: usize, laid: &Laid) -> Vec<Row> {
     let [before, after] = fits.map(|f| left(family, f, group, true));
     let covariates = family.covariates(group);
     let clock = covariates.iter().find(|c| c.0.starts_with("time since the capture"));
@@ -78,7 +83,8 @@ fn rows(family: &dyn Family, fits: [&Fit; 2], group: usize, kind: usize, k: usiz
     let measured: Vec<f64> = channels.iter().flat_map(|c| c.measured.iter().copied()).collect();
     let row = |(i, own): (usize, usize)| {
         let row = Row {
-            at: covariates.get(k).map_or(f64::NAN, |c| c.2[i]),
+            at: laid.at[i],
+            sign: laid.sign[i],
             time: clock.map_or(i as f64, |c| c.2[i]),
             measured: measured[i],
             left: [before[i], after[i]],
@@ -106,7 +112,7 @@ fn bins(each: &[Vec<Row>]) -> Vec<ProfileBin> {
                 continue;
             }
             let count = own.len() as f64;
-            let mean = |j: usize| own.iter().map(|r| r.left[j]).sum::<f64>() / count;
+            let mean = |j: usize| own.iter().map(|r| r.sign * r.left[j]).sum::<f64>() / count;
             means.push([mean(0), mean(1)]);
             (at, n) = (at + own.iter().map(|r| r.at).sum::<f64>(), n + count);
         }

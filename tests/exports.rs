@@ -339,6 +339,8 @@ fn diagnosis() -> Diagnosis {
         experiments: Vec::new(),
         profiles: Vec::new(),
         budgets: Vec::new(),
+        missed: Vec::new(),
+        left: Vec::new(),
     }
 }
 

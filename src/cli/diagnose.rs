@@ -8,9 +8,9 @@ use serde::Serialize;
 use super::arguments::Common;
 use super::{output, reconstruct};
 use crate::base::{Estimate, Notices, Result, Seed};
-use crate::capture::read_capture;
+use crate::capture::{Capture, read_capture};
 use crate::pipeline::{self, Judged, Options, Pass};
-use crate::twin::{Compared, Diagnosis, Experiment, Finding, Gain, Verdict, read_twin};
+use crate::twin::{Compared, Diagnosis, Experiment, Finding, Gain, Miss, Verdict, read_twin};
 
 /// What came out, as one JSON object.
 #[derive(Serialize)]
@@ -63,8 +63,10 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
         }
     };
     let words = match &judged {
-        Some(judged) => of_model(&diagnosis, judged) + &beside_the_plainest(judged) + &in_words(&diagnosis, causes),
-        None => in_words(&diagnosis, causes),
+        Some(judged) => {
+            of_model(&diagnosis, judged) + &beside_the_plainest(judged) + &in_words(&diagnosis, &capture, causes)
+        }
+        None => in_words(&diagnosis, &capture, causes),
     };
     let said = Said {
         diagnosis: &diagnosis,
@@ -77,8 +79,9 @@ pub fn diagnose(common: &Common, capture: &Path, model: Option<&Path>, causes: &
     Ok(ExitCode::SUCCESS)
 }
 
-fn in_words(diagnosis: &Diagnosis, causes: &[String]) -> String {
-    let mut text = format!("{}\n", verdict(diagnosis.verdict));
+fn in_words(diagnosis: &Diagnosis, capture: &Capture, causes: &[String]) -> String {
+    let mut text = format!("{}\n", verdict(diagnosis, capture));
+    text += &left(diagnosis);
     for finding in &diagnosis.findings {
         text += &of_finding(finding);
     }
@@ -194,13 +197,52 @@ fn of_model(diagnosis: &Diagnosis, judged: &Judged) -> String {
     text
 }
 
-fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
+fn verdict(diagnosis: &Diagnosis, capture: &Capture) -> String {
+    let words = match diagnosis.verdict {
         Verdict::Adequate => "adequate: nothing is left above noise and the scatter of dry friction",
         Verdict::Explained => "explained: what the plain model gets wrong has a name",
         Verdict::Ambiguous => "ambiguous: these data cannot tell between the causes below",
+        Verdict::Unknown if diagnosis.compares_nothing() => {
+            return format!("unknown: nothing was compared: {}", why_not(capture));
+        }
         Verdict::Unknown => "unknown: something is left that no cause of the catalogue explains",
+    };
+    words.to_owned()
+}
+
+/// Why no prediction could be laid beside a measurement.
+fn why_not(capture: &Capture) -> String {
+    let (all, held_out) = (capture.interactions.len(), capture.held_out().count());
+    match all {
+        0 => "the capture has no interaction".to_owned(),
+        _ if held_out == all => format!("all {all} interactions are held out, so none was there to fit"),
+        _ => format!("none of the {all} interactions was both predicted and measured"),
     }
+}
+
+/// Where something is left, and what it depends on.
+fn left(diagnosis: &Diagnosis) -> String {
+    let missed = diagnosis.missed.iter().map(|m| format!("  {}\n", of_miss(m)));
+    let depends = diagnosis.left.iter().map(|e| format!("  what is left: {}\n", e.words));
+    missed.chain(depends).collect()
+}
+
+fn of_miss(miss: &Miss) -> String {
+    let held = if miss.held_out { " (held out)" } else { "" };
+    let noise = miss.noise.filter(|n| *n > 0.0);
+    let times = noise.map_or_else(String::new, |n| format!(", {:.1} times the noise", miss.rmse / n));
+    let of = if miss.of.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", miss.of)
+    };
+    format!(
+        "{}{held}: {} {} {} rms off{times}{of}",
+        miss.interaction,
+        miss.quantity.replace('-', " "),
+        short(miss.rmse),
+        miss.unit
+    )
 }
 
 fn of_finding(finding: &Finding) -> String {
@@ -249,8 +291,14 @@ fn of_gain(gain: &Gain) -> String {
     } else {
         gain.held_out.join(", ")
     };
+    let noise = gain.noise.map_or_else(String::new, |n| format!(", noise {}", short(n)));
+    let of = if gain.of.is_empty() {
+        String::new()
+    } else {
+        format!("; {}", gain.of)
+    };
     format!(
-        "  error of the {} from {} to {} {} ({:.0} % of what is above the noise is gone) on {on}\n",
+        "  error of the {} from {} to {} {}{noise} ({:.0} % of what is above the noise is gone{of}) on {on}\n",
         gain.quantity,
         short(gain.rmse_before),
         short(gain.rmse_after),

@@ -280,6 +280,7 @@ mod tests {
                 unit: "rad".into(),
                 held_out: Vec::new(),
                 reduction: 0.9,
+                ..crate::twin::Gain::default()
             },
         };
         assert!(of_joint(&mut twin, &finding));

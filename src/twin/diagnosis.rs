@@ -30,6 +30,39 @@ pub struct Diagnosis {
     /// Of what the errors of the plain model are made.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budgets: Vec<Budget>,
+    /// Where the verdict is `unknown`: what is missed most, worst first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missed: Vec<Miss>,
+    /// Where the verdict is `unknown`: what that depends on beyond doubt.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left: Vec<Evidence>,
+}
+
+impl Diagnosis {
+    /// Whether no prediction was laid beside a measurement: then `unknown` says nothing against the model.
+    pub fn compares_nothing(&self) -> bool {
+        self.base.rmse.is_empty()
+    }
+}
+
+/// A quantity of one interaction that the model, with all that it has a name for, does not foretell.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Miss {
+    /// Name of the interaction.
+    pub interaction: String,
+    /// Whether it was held out.
+    pub held_out: bool,
+    /// `force`, `torque`, `position`, …
+    pub quantity: String,
+    /// SI unit of it.
+    pub unit: String,
+    /// Root mean square error.
+    pub rmse: f64,
+    /// What the noise of the sensors alone would leave, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+    /// What either is of: `means over 0.25 s`, …
+    pub of: String,
 }
 
 impl Diagnosis {
@@ -109,6 +142,9 @@ pub struct Budget {
     pub unit: String,
     /// Root mean square error of the plain model.
     pub rmse: f64,
+    /// What it is of, as in a gain.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub of: String,
     /// The interactions that it is about.
     pub interactions: Vec<String>,
     /// What the findings take away.
@@ -203,7 +239,7 @@ pub struct Evidence {
 }
 
 /// The measured gain of an extension on held-out interactions.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Gain {
     /// `force`, `position`, …
     pub quantity: String,
@@ -217,6 +253,12 @@ pub struct Gain {
     pub held_out: Vec<String>,
     /// Share of the error above the noise floor that went away.
     pub reduction: f64,
+    /// What both errors are of: `means over 40 ms`, …; empty where they are of single readings.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub of: String,
+    /// What the noise of the sensors alone would leave of the same, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
 }
 
 /// An experiment that would tell causes apart.

@@ -312,6 +312,7 @@ mod tests {
                 unit: "N".into(),
                 held_out: Vec::new(),
                 reduction: 0.9,
+                ..Gain::default()
             },
         };
         Diagnosis {
@@ -322,6 +323,8 @@ mod tests {
             experiments: Vec::new(),
             profiles: Vec::new(),
             budgets: Vec::new(),
+            missed: Vec::new(),
+            left: Vec::new(),
         }
     }
 

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::missed::Rated;
 use super::{Config, Curve, Quantity, Trace};
-use crate::twin::{BaseFit, Finding, Verdict};
+use crate::twin::{BaseFit, Finding, Miss, Verdict};
 
 /// Sums over all samples of one quantity.
 #[derive(Clone, Copy, Debug, Default)]
@@ -190,20 +191,59 @@ pub fn verdict(traces: &[Trace], config: &Config) -> Verdict {
         let curves = traces.iter().flat_map(|t| &t.curves).filter(|c| c.quantity == quantity);
         curves.filter_map(|c| c.noise).fold(0.0, f64::max)
     };
+    // Impacts are chaotic: short windows judge them.
     let fits = |quantity: &Quantity, s: &Sums| {
-        // A tare may be off by as much as one averaged reading scatters.
-        let allowed = match quantity {
-            Quantity::Force | Quantity::Torque => (config.tolerance * s.signal()).max(reading(*quantity)),
-            // The reconstructed surface itself may be off by a millimetre.
-            Quantity::Position | Quantity::Flight => (config.tolerance * s.signal()).max(config.position_tolerance),
-            // Impacts are chaotic: short windows judge them.
-            Quantity::Bounced => return true,
-            Quantity::Rotation => (config.tolerance * s.signal()).max(config.rotation_tolerance),
-        };
-        s.excess() <= allowed.hypot(DOUBT * s.doubt()).max(2.0 * s.floor() / s.count.sqrt())
+        *quantity == Quantity::Bounced || s.excess() <= allowed(*quantity, s, reading(*quantity), config)
     };
     let adequate = !sums.is_empty() && sums.iter().all(|(q, s)| fits(q, s));
     if adequate { Verdict::Adequate } else { Verdict::Unknown }
+}
+
+/// By how much a quantity may be missed beyond the noise; `reading` is the noise of one.
+fn allowed(quantity: Quantity, s: &Sums, reading: f64, config: &Config) -> f64 {
+    let least = match quantity {
+        // A tare may be off by as much as one averaged reading scatters.
+        Quantity::Force | Quantity::Torque => reading,
+        // The reconstructed surface itself may be off by a millimetre.
+        Quantity::Position | Quantity::Flight | Quantity::Bounced => config.position_tolerance,
+        Quantity::Rotation => config.rotation_tolerance,
+    };
+    let tolerated = (config.tolerance * s.signal()).max(least);
+    tolerated.hypot(DOUBT * s.doubt()).max(2.0 * s.floor() / s.count.sqrt())
+}
+
+/// How far each quantity of each interaction is missed, and how many times what is allowed that is; forces in means, as the
+/// verdict has them.
+pub fn misses(traces: &[Trace], config: &Config) -> Vec<Rated> {
+    let of = |trace: &Trace| {
+        let means = smoothed(trace);
+        let reading = |q: Quantity| {
+            let own = trace.curves.iter().filter(|c| c.quantity == q);
+            own.filter_map(|c| c.noise).fold(0.0, f64::max)
+        };
+        let sums = gather(std::iter::once(&means));
+        let each = sums.into_iter().filter(|(q, _)| *q != Quantity::Bounced);
+        let one = |(quantity, s): (Quantity, Sums)| {
+            let noise = reading(quantity);
+            let felt = matches!(quantity, Quantity::Force | Quantity::Torque);
+            let miss = Miss {
+                interaction: trace.interaction.clone(),
+                held_out: trace.held_out,
+                quantity: quantity.name().into(),
+                unit: quantity.unit().into(),
+                rmse: s.rmse(),
+                noise: Some(s.floor()).filter(|n| *n > 0.0),
+                of: if felt {
+                    format!("means over {BLOCK} s")
+                } else {
+                    String::new()
+                },
+            };
+            (s.excess() / allowed(quantity, &s, noise, config), miss)
+        };
+        each.map(one).collect::<Vec<_>>()
+    };
+    traces.iter().flat_map(of).collect()
 }
 
 /// Whether a cause leaves the force of steady sliding as it is.

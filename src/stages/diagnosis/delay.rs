@@ -250,6 +250,7 @@ fn gain(judged: &[&Trace], sealed: bool, by: &dyn Fn(f64) -> f64) -> Option<Gain
         unit: Quantity::Position.unit().into(),
         held_out: names.iter().map(|t| t.interaction.clone()).collect(),
         reduction,
+        ..Gain::default()
     })
 }
 

@@ -14,6 +14,7 @@ use super::inertia::{self, findings_of_inertia};
 use super::joint_lag::lag_of_joints;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
+use super::missed::worst_of;
 use super::motions::{Motions, of_all_joints};
 use super::naming::{NAMED, climb};
 use super::offset::centre_findings;
@@ -77,6 +78,8 @@ fn nothing_named(base: BaseFit, verdict: Verdict) -> Diagnosis {
         experiments: Vec::new(),
         profiles: Vec::new(),
         budgets: Vec::new(),
+        missed: Vec::new(),
+        left: Vec::new(),
     }
 }
 
@@ -150,10 +153,17 @@ pub fn diagnose(
     let left = shaken(raw, segmented, (&mut findings, &mut base)) || curves.left;
     let verdict = verdict_of(&traces, &findings, (left, curves.overruled), config);
     findings.iter_mut().for_each(leave_room);
+    let unknown = verdict == Verdict::Unknown;
     let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
         profiles: curves.profiles.into_iter().filter(told).collect(),
         budgets: curves.budgets,
+        missed: if unknown {
+            worst_of(curves.missed, &traces, config)
+        } else {
+            Vec::new()
+        },
+        left: if unknown { curves.left_against } else { Vec::new() },
         findings,
         experiments,
         ..nothing_named(base, verdict)

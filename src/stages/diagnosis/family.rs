@@ -208,6 +208,11 @@ pub trait Family: Sync {
         false
     }
 
+    /// What a sample is, in words: `means over 40 ms`; nothing where it is a single reading.
+    fn samples_are(&self) -> &'static str {
+        ""
+    }
+
     /// Whether neighbouring samples err freely of each other where the model is right: a hand that rings makes them not.
     fn samples_are_free(&self) -> bool {
         false

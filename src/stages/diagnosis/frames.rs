@@ -141,6 +141,7 @@ fn told_by(ways: &[&Gone]) -> Option<Finding> {
             unit: Quantity::Position.unit().into(),
             held_out: held.iter().map(|(t, _)| t.interaction.clone()).collect(),
             reduction,
+            ..Gain::default()
         },
     })
 }

@@ -274,6 +274,8 @@ pub fn gain(family: &dyn Family, before: &Fit, after: &Fit, kind: usize, anew: b
         unit: quantity.unit().into(),
         held_out: held.iter().map(|g| family.groups()[*g].name.clone()).collect(),
         reduction,
+        of: family.samples_are().into(),
+        noise: (floor > 0.0).then_some(floor),
     }
 }
 

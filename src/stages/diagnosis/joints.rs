@@ -116,6 +116,7 @@ fn gain(motions: &[Motion], joint: &Joint, term: usize) -> Gain {
         } else {
             0.0
         },
+        ..Gain::default()
     }
 }
 

@@ -7,9 +7,11 @@ use super::clocks::Clocks;
 use super::family::Family;
 use super::fit::Fit;
 use super::levels::Level;
+use super::missed::missed_by;
 use super::motions::Motions;
 use super::named;
 use super::naming::Ladder;
+use super::profile::left_against;
 use super::rolls::Rolls;
 use super::scope::Scope;
 use super::shown::{budget, profiles};
@@ -17,7 +19,7 @@ use super::tosses::Tosses;
 use super::{Config, Curve, Quantity, Trace};
 use crate::capture::{Capture, Segmented};
 use crate::stages::estimation::Inertial;
-use crate::twin::{Budget, Evidence, Experiment, Finding, Gain, Model, Profile};
+use crate::twin::{Budget, Evidence, Experiment, Finding, Gain, Miss, Model, Profile};
 
 /// What is left of the odds of the first name that does not explain the whole, and of those named after it: in blind scenes of the lab
 /// and of MuJoCo that were looked at, effects outside the catalogue among them, 50 of 62 first ones were right and 6 of 18 of the others.
@@ -39,6 +41,9 @@ pub(super) struct Loads {
     pub budgets: Vec<Budget>,
     /// Named causes leave something that has no name.
     pub left: bool,
+    /// What is missed most where named causes leave something, and what that, or an error without any name, depends on.
+    pub missed: Vec<Miss>,
+    pub left_against: Vec<Evidence>,
     /// Interactions that were held out speak against what others show beyond doubt.
     pub overruled: bool,
     pub effect_sizes: BTreeMap<&'static str, f64>,
@@ -87,14 +92,19 @@ impl Loads {
             self.tests.push(overruled.clone());
             self.overruled = true;
         }
-        if hardly || (!findings.is_empty() && ladder.left.is_some()) {
+        let wanting = hardly || (!findings.is_empty() && ladder.left.is_some());
+        if wanting {
             self.left = true;
+            self.missed.extend(missed_by(family, &ladder.full));
             // Odds are among the names; what is left says that the right one may have none.
             for (k, finding) in findings.iter_mut().enumerate() {
                 let part = PART[k.min(1)];
                 finding.probability *= part;
                 finding.alternatives.iter_mut().for_each(|a| a.probability *= part);
             }
+        }
+        if wanting || findings.is_empty() {
+            self.left_against.extend(left_against(family, &ladder.full));
         }
         findings
     }

@@ -35,6 +35,7 @@ mod levels;
 mod lifted;
 mod loads;
 mod marginal;
+mod missed;
 mod motion_bars;
 mod motion_blur;
 mod motion_history;

@@ -365,6 +365,10 @@ impl Family for Motions {
         self.counted_from
     }
 
+    fn samples_are(&self) -> &'static str {
+        "means over 40 ms"
+    }
+
     fn covariates(&self, group: usize) -> Vec<Covariate> {
         let units = if self.turns { ["rad", "rad/s"] } else { ["m", "m/s"] };
         vec![

@@ -182,6 +182,7 @@ pub fn gain(
                 unit: quantity.unit().to_owned(),
                 held_out: names.clone(),
                 reduction,
+                ..Gain::default()
             });
         }
     }
@@ -197,5 +198,6 @@ fn nothing_to_gain_on() -> Gain {
         unit: "N".into(),
         held_out: Vec::new(),
         reduction: 0.0,
+        ..Gain::default()
     }
 }

@@ -359,6 +359,10 @@ impl Family for Presses {
         self.with_touches()
     }
 
+    fn samples_are(&self) -> &'static str {
+        "means over 50 ms"
+    }
+
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {
         let of = |value: &dyn Fn(&Moment) -> f64| {
             let each = self.moments[group]

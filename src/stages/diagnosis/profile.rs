@@ -55,6 +55,20 @@ pub fn profiled(family: &dyn Family, before: &Fit, full: &Fit, law: usize) -> Op
     }
 }
 
+/// What a model leaves of its first kind of reading depends on, where that is beyond doubt.
+pub fn left_against(family: &dyn Family, fit: &Fit) -> Option<Evidence> {
+    let residuals = Residuals::of(family, fit, 0, true);
+    let names = family.covariates(*fit.groups.first()?);
+    let views = names.iter().map(|c| usual(c.0));
+    let mut all: Vec<Profiled> = views.filter_map(|v| residuals.profiled(v, None)).collect();
+    let tries = all.len() as f64;
+    for f in all.iter_mut().filter_map(|e| e.found.as_mut()) {
+        f.p_value = (f.p_value * tries).min(1.0);
+    }
+    let k = surest(&all)?;
+    all.swap_remove(k).evidence(residuals.quantity)
+}
+
 /// The surest of those that are beyond doubt.
 fn surest(all: &[Profiled]) -> Option<usize> {
     let sure = all

@@ -368,6 +368,10 @@ impl Family for Pushes {
         self.sheet.scatter[0].tau * self.scale()
     }
 
+    fn samples_are(&self) -> &'static str {
+        "means over stretches of its way"
+    }
+
     fn covariates(&self, group: usize) -> Vec<Covariate> {
         covariates(&self.states[group])
     }

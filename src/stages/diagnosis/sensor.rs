@@ -178,6 +178,7 @@ fn force_gain() -> Gain {
         unit: "N".into(),
         held_out: Vec::new(),
         reduction: 0.0,
+        ..Gain::default()
     }
 }
 

@@ -5,6 +5,7 @@ use super::family::{Family, Scatter};
 use super::fit::Fit;
 use super::held_out::{left, left_of, refit};
 use super::laid::Laid;
+use super::marginal::weights;
 use super::naming::Ladder;
 use super::profile::profiled;
 use crate::math::quantile;
@@ -144,10 +145,14 @@ fn samples(rows: &[Row]) -> Vec<ProfileSample> {
 
 /// Of what the mean squared error of the plain model is made on held-out interactions, or on all where none was held out.
 ///
-/// What the findings take away; then what fitting the level of each touch anew takes away, then what fitting its contact anew
-/// does; of the rest what the jitter of clocks and the ringing leave open, and what the sensor reads at rest.
+/// What fitting the contact of each touch anew takes away; then what the findings do: there it stands between the errors that
+/// the gain of the first one states. Then what fitting the level of each touch anew takes away; of the rest what the jitter of
+/// clocks and the ringing leave open, and what the sensor reads at rest. A sensor's fault is not told from a tare that is
+/// fitted anew, so the findings come first there.
 pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
-    let kind = ladder.taken.first().map_or(0, |t| family.about(t.law));
+    let first = ladder.taken.first();
+    let kind = first.map_or(0, |t| family.about(t.law));
+    let anew = first.is_none_or(|t| family.laws()[t.law].place != "sensor");
     let held: Vec<usize> = (0..family.groups().len())
         .filter(|g| family.groups()[*g].held_out)
         .collect();
@@ -156,20 +161,18 @@ pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
     } else {
         held
     };
+    // Samples count as they do in the gain.
     let square = |fit: &Fit, anew: &dyn Fn(&Scatter) -> bool| {
-        let (mut sum, mut n) = (0.0, 0.0);
+        let (mut sum, mut total) = (0.0, 0.0);
         for g in &groups {
             let channels = family.groups()[*g].channels.iter();
             let own = channels.flat_map(|c| std::iter::repeat_n(c.kind == kind, c.measured.len()));
-            for (e, _) in left_of(family, fit, *g, anew)
-                .into_iter()
-                .zip(own)
-                .filter(|(_, own)| *own)
-            {
-                (sum, n) = (sum + e * e, n + 1.0);
+            let rows = left_of(family, fit, *g, anew).into_iter().zip(weights(family, *g));
+            for ((e, w), _) in rows.zip(own).filter(|(_, own)| *own) {
+                (sum, total) = (sum + (w * e).powi(2), total + w * w);
             }
         }
-        sum / f64::max(n, 1.0)
+        sum / f64::max(total, 1e-30)
     };
     let whole = square(&ladder.plain, &|_| false);
     if !(whole.is_finite() && whole > 0.0) {
@@ -182,9 +185,23 @@ pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
         open -= part;
         part / whole
     };
-    let named = take(square(&ladder.full, &|_| false));
-    let friction_law = take(square(&ladder.full, &|s| !s.nuisance));
-    let geometry = take(square(&ladder.full, &|_| true));
+    let nothing = |_: &Scatter| false;
+    let contact = |s: &Scatter| s.nuisance;
+    let (before, named) = if anew {
+        (
+            take(square(&ladder.plain, &contact)),
+            take(square(&ladder.full, &contact)),
+        )
+    } else {
+        (0.0, take(square(&ladder.full, &nothing)))
+    };
+    let geometry = before
+        + if anew {
+            0.0
+        } else {
+            take(square(&ladder.full, &contact))
+        };
+    let friction_law = take(square(&ladder.full, &|_| true));
     let noise = take((open_after(whole, [named, friction_law, geometry]) - about.sigma.powi(2)).max(0.0));
     let timing =
         take((open_after(whole, [named + noise, friction_law, geometry]) - clocks(family, &groups, kind)).max(0.0));
@@ -192,6 +209,7 @@ pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
         quantity: about.quantity.name().into(),
         unit: about.quantity.unit().into(),
         rmse: whole.sqrt(),
+        of: family.samples_are().into(),
         interactions: groups.iter().map(|g| family.groups()[*g].name.clone()).collect(),
         named,
         friction_law,
@@ -209,13 +227,18 @@ fn open_after(whole: f64, taken: [f64; 3]) -> f64 {
 /// Mean square of what the jitter of clocks makes of a signal that changes, and of what is left out on purpose.
 fn clocks(family: &dyn Family, groups: &[usize], kind: usize) -> f64 {
     let jitter = family.kinds()[kind].jitter;
-    let (mut sum, mut n) = (0.0, 0.0);
+    let (mut sum, mut total) = (0.0, 0.0);
     for g in groups {
-        for c in family.groups()[*g].channels.iter().filter(|c| c.kind == kind) {
-            for (d, a) in c.change.iter().zip(&c.aside) {
-                (sum, n) = (sum + (jitter * d).powi(2) + a * a, n + 1.0);
+        let all = weights(family, *g);
+        let mut at = 0;
+        for c in &family.groups()[*g].channels {
+            let own = c.change.iter().zip(&c.aside).zip(&all[at..]);
+            at += c.measured.len();
+            for ((d, a), w) in own.filter(|_| c.kind == kind) {
+                sum += w * w * ((jitter * d).powi(2) + a * a);
+                total += w * w;
             }
         }
     }
-    sum / f64::max(n, 1.0)
+    sum / f64::max(total, 1e-30)
 }

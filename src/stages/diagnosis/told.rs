@@ -66,6 +66,7 @@ pub fn gain(quantity: &str, unit: &str, [before, after]: [f64; 2], held_out: Vec
         unit: unit.into(),
         held_out,
         reduction: if before > 0.0 { 1.0 - after / before } else { 0.0 },
+        ..Gain::default()
     }
 }
 

@@ -60,6 +60,8 @@ impl Snapshots {
                 .collect(),
             profiles: Vec::new(),
             budgets: Vec::new(),
+            missed: Vec::new(),
+            left: Vec::new(),
         }
     }
 }

@@ -14,8 +14,8 @@ use palpate::report::render;
 use palpate::stages::diagnosis::{Curve, Path, Quantity, Trace};
 use palpate::twin::{
     BaseFit, Body, Budget, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, FORMAT, Finding, Gain, Joint,
-    JointAlternative, JointKind, Link, Model, Profile, ProfileBin, ProfileSample, Provenance, Relation, RelationKind,
-    SupportPlane, SymmetryPlane, Twin, Verdict,
+    JointAlternative, JointKind, Link, Miss, Model, Profile, ProfileBin, ProfileSample, Provenance, Relation,
+    RelationKind, SupportPlane, SymmetryPlane, Twin, Verdict,
 };
 
 /// A name that breaks a page which does not escape it.
@@ -194,6 +194,7 @@ fn finding() -> Finding {
             unit: "m".into(),
             held_out: vec!["push".into()],
             reduction: 0.8,
+            ..Gain::default()
         },
     }
 }
@@ -516,6 +517,32 @@ fn the_page_says_what_was_found() {
     }
 }
 
+#[test]
+fn the_diagnosis_comes_first_and_the_cause_stands_at_the_head() {
+    let text = markup(&page());
+    let at = |words: &str| text.find(words).expect(words);
+    assert!(at("id=\"diagnosis\"") < at("id=\"view\""));
+    assert!(at("<dt>Cause</dt>") < at("id=\"diagnosis\""));
+    assert!(at("class=\"ranked\"") < at("What to do next"));
+}
+
+#[test]
+fn what_is_left_without_a_name_is_said() {
+    let mut run = run();
+    run.diagnosis.verdict = Verdict::Unknown;
+    run.diagnosis.missed = vec![Miss {
+        interaction: EVIL.into(),
+        held_out: true,
+        quantity: "force".into(),
+        unit: "N".into(),
+        rmse: 0.41,
+        noise: Some(0.0136),
+        of: "means over 0.25 s".into(),
+    }];
+    let text = render(&capture(), &run).expect("a page");
+    assert!(text.contains("force 0.41 N rms off, 30.1 times the noise (means over 0.25 s)"));
+}
+
 /// The JSON that the page carries.
 fn scene_data(page: &str) -> serde_json::Value {
     let head = "id=\"scene-data\">";
@@ -592,7 +619,7 @@ fn a_run_that_found_nothing_still_makes_a_page() {
     run.diagnosis.findings.clear();
     run.diagnosis.experiments.clear();
     let text = render(&capture(), &run).expect("a page");
-    assert!(text.contains("Not judged"));
+    assert!(text.contains("Not judged") && text.contains("Nothing was compared"));
 }
 
 #[test]

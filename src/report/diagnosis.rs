@@ -1,32 +1,72 @@
-//! What the twin still gets wrong, and what to measure next.
+//! What the twin still gets wrong, and what to measure next: what is read in a minute first, all else folded below it.
 
+use super::causes::{cards, left, profile_of, ranked};
 use super::header::{capital, unit_of};
-use super::markup::{count, escape, percent, section as framed, table};
+use super::markup::{count, escape, section as framed, table};
 use super::numbers::{fixed, quantity};
 use super::profiles::{budgets, pictures};
-use super::rows::{COLUMNS, scalar};
 use crate::pipeline::Run;
-use crate::twin::{BaseFit, CauseOdds, Evidence, Experiment, Finding, Profile};
+use crate::twin::{BaseFit, Budget, Diagnosis, Evidence, Experiment, Profile};
 
 /// Below this p-value a residual is called notable.
 const NOTABLE: f64 = 0.01;
 const MOST_NOTABLE: usize = 8;
+/// Experiments and budgets that the first look has room for.
+const NEXT: usize = 2;
+const PARTS: usize = 3;
+const BUDGETS: usize = 1;
 
-/// Errors, findings with what gave them away, of what the errors are made, experiments, residual tests.
+/// Ranked causes with their gain, where something is left, what to do next and of what the error is made, beside the pictures
+/// that gave the first cause away; then all of it in full.
 pub fn section(run: &Run) -> String {
     let d = &run.diagnosis;
-    let mut content = errors(&d.base);
-    content.push_str(&findings(&d.findings, &d.profiles));
-    content.push_str(&budgets(&d.budgets));
-    content.push_str(&experiments(&d.experiments));
-    content.push_str(&tests(&d.base));
-    framed("diagnosis", "Diagnosis", &lead(&d.base), &content)
+    let pictured = d.findings.iter().find_map(|f| profile_of(f, &d.profiles));
+    let next = d.experiments.get(..NEXT).unwrap_or(&d.experiments);
+    let content = format!(
+        "<div class=\"look\">\n<div>\n{}{}{}{}</div>\n<div>\n{}</div>\n</div>\n{}",
+        ranked(d),
+        left(&d.missed, &d.left),
+        experiments("What to do next", next, PARTS),
+        budgets(d.budgets.get(..BUDGETS).unwrap_or(&d.budgets)),
+        pictured.map_or_else(|| errors(&d.base), pictures),
+        in_full(d, pictured)
+    );
+    framed("diagnosis", "Diagnosis", "", &content)
+}
+
+/// What the first look has no room for.
+fn in_full(d: &Diagnosis, pictured: Option<&Profile>) -> String {
+    let folded = |summary: &str, content: &str| {
+        format!("<details class=\"arcs\"><summary>{summary}</summary>\n{content}</details>\n")
+    };
+    let mut out = String::new();
+    if !d.findings.is_empty() {
+        let summary = format!("{} in full", capital(&count(d.findings.len(), "finding", "findings")));
+        out += &folded(&summary, &cards(&d.findings, &d.profiles, pictured));
+    }
+    let more: &[Budget] = d.budgets.get(BUDGETS..).unwrap_or(&[]);
+    if !more.is_empty() {
+        out += &folded("Errors of the other kinds of touches, in parts", &budgets(more));
+    }
+    if d.experiments.len() > NEXT {
+        let summary = format!("All {} experiments", d.experiments.len());
+        out += &folded(&summary, &experiments("", &d.experiments, usize::MAX));
+    }
+    if !d.base.rmse.is_empty() {
+        let bars = if pictured.is_some() {
+            errors(&d.base)
+        } else {
+            String::new()
+        };
+        out += &folded(
+            "Errors of the plain twin by quantity",
+            &format!("<p class=\"lead\">{}</p>\n{bars}", lead(&d.base)),
+        );
+    }
+    out + &tests(&d.base)
 }
 
 fn lead(base: &BaseFit) -> String {
-    if base.rmse.is_empty() {
-        return "No prediction could be compared with a measurement.".to_owned();
-    }
     let judged = if base.held_out.is_empty() {
         "no interaction was held out, so on the fitted ones".to_owned()
     } else {
@@ -34,8 +74,8 @@ fn lead(base: &BaseFit) -> String {
         format!("on {} held-out interactions ({})", names.len(), names.join(", "))
     };
     format!(
-        "Root mean square error of what the twin predicts, {judged}, beside what the noise of the sensors alone would leave. \
-         At most {} % of the variance of any quantity is left unexplained.",
+        "Root mean square error of single readings by the plain twin, {judged}, beside what the noise of a single reading alone \
+         would leave. Of the square of what was read, what is above the noise is at most {} %.",
         fixed(100.0 * base.unexplained, 1)
     )
 }
@@ -68,64 +108,6 @@ fn errors(base: &BaseFit) -> String {
     format!("<div class=\"errors\">\n{rows}</div>\n")
 }
 
-fn findings(findings: &[Finding], profiles: &[Profile]) -> String {
-    if findings.is_empty() {
-        return "<p>No named effect was added to the plain model.</p>\n".to_owned();
-    }
-    let card = |f: &Finding| finding(f, profiles.iter().find(|p| p.cause == f.cause && p.place == f.place));
-    let cards: String = findings.iter().map(card).collect();
-    format!("<h3>Findings</h3>\n<div class=\"cards\">\n{cards}</div>\n")
-}
-
-fn finding(f: &Finding, profile: Option<&Profile>) -> String {
-    let gain = &f.gain;
-    let parameters: String = f.parameters.iter().map(|(name, e)| scalar(&escape(name), e)).collect();
-    let parameters = if parameters.is_empty() {
-        String::new()
-    } else {
-        table(
-            &format!("Parameters of {}", f.cause),
-            "estimates",
-            &COLUMNS,
-            &parameters,
-        )
-    };
-    let evidence: String = f
-        .evidence
-        .iter()
-        .map(|e| format!("<li>{}</li>", escape(&e.words)))
-        .collect();
-    let pictures = profile.map_or_else(String::new, pictures);
-    let judges = if gain.held_out.is_empty() {
-        "the interactions that were fitted, since none was held out"
-    } else {
-        "interactions that it was not fitted to"
-    };
-    format!(
-        "<article class=\"card\"><h3>{} <small>{}</small></h3>\n<p>Probability {}{}. It lowers the error of {} from {} to {} on \
-         {judges}: {} of the error above the noise goes away.</p>\n<ul>{evidence}</ul>\n{pictures}{parameters}</article>\n",
-        escape(&f.cause),
-        escape(&f.place),
-        percent(f.probability),
-        odds(&f.alternatives),
-        escape(&gain.quantity),
-        escape(&quantity(gain.rmse_before, &gain.unit, 2.0)),
-        escape(&quantity(gain.rmse_after, &gain.unit, 2.0)),
-        percent(gain.reduction)
-    )
-}
-
-fn odds(alternatives: &[CauseOdds]) -> String {
-    if alternatives.is_empty() {
-        return String::new();
-    }
-    let each: Vec<String> = alternatives
-        .iter()
-        .map(|a| format!("{} ({})", escape(&a.cause), percent(a.probability)))
-        .collect();
-    format!("; not ruled out: {}", each.join(", "))
-}
-
 /// The residual tests: the notable ones in words, all of them folded.
 fn tests(base: &BaseFit) -> String {
     if base.tests.is_empty() {
@@ -156,11 +138,9 @@ fn tests(base: &BaseFit) -> String {
     let rows: String = base.tests.iter().map(test_row).collect();
     let head = ["Residual", "Test", "Statistic", "p-value", "In words"];
     format!(
-        "<h3>Residuals</h3>\n<p>{} of {} look like noise. A residual that does not is not yet an error that matters: the bars above \
-         say how large it is.</p>\n<ul class=\"residuals\">\n{items}</ul>\n{more}\
-         <details class=\"arcs\"><summary>All {} residual tests</summary>\n{}</details>\n",
+        "<details class=\"arcs\"><summary>Residuals: {} of {} look like noise</summary>\n<p>One that does not is not yet an error \
+         that matters: the errors say how large it is.</p>\n<ul class=\"residuals\">\n{items}</ul>\n{more}{}</details>\n",
         base.tests.len() - notable.len(),
-        count(base.tests.len(), "residual", "residuals"),
         base.tests.len(),
         table("Residual tests", "tests", &head, &rows)
     )
@@ -181,7 +161,8 @@ fn test_row(e: &Evidence) -> String {
     )
 }
 
-fn experiments(experiments: &[Experiment]) -> String {
+/// Experiments with what each would part, `most` of it.
+fn experiments(heading: &str, experiments: &[Experiment], most: usize) -> String {
     if experiments.is_empty() {
         return String::new();
     }
@@ -192,7 +173,11 @@ fn experiments(experiments: &[Experiment]) -> String {
                 .bits
                 .map(|b| format!(" <span class=\"tag\">{} bits</span>", fixed(b, 2)))
                 .unwrap_or_default();
-            let parts: Vec<String> = e.parts.iter().map(|p| escape(p)).collect();
+            let shown = e.parts.len().min(most);
+            let mut parts: Vec<String> = e.parts[..shown].iter().map(|p| escape(p)).collect();
+            if shown < e.parts.len() {
+                parts.push(format!("{} more", e.parts.len() - shown));
+            }
             let parts = if parts.is_empty() {
                 String::new()
             } else {
@@ -202,5 +187,10 @@ fn experiments(experiments: &[Experiment]) -> String {
             format!("<li>{}{bits}{parts}</li>\n", escape(&e.words))
         })
         .collect();
-    format!("<h3>What to measure next</h3>\n<ol>\n{items}</ol>\n")
+    let heading = if heading.is_empty() {
+        String::new()
+    } else {
+        format!("<h3>{heading}</h3>\n")
+    };
+    format!("{heading}<ol>\n{items}</ol>\n")
 }

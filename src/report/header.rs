@@ -1,6 +1,6 @@
 //! The head of the page: name, verdict, key figures.
 
-use super::markup::{count, escape};
+use super::markup::{count, escape, percent};
 use super::numbers::quantity;
 use crate::capture::Capture;
 use crate::pipeline::Run;
@@ -8,7 +8,7 @@ use crate::stages::diagnosis::Trace;
 use crate::twin::{JointKind, RelationKind, Verdict};
 
 /// Key figures in a row, at most.
-const WIDEST: usize = 7;
+const WIDEST: usize = 9;
 
 /// The SI unit of a quantity that errors are gathered by.
 pub fn unit_of(quantity: &str) -> &'static str {
@@ -23,10 +23,11 @@ pub fn unit_of(quantity: &str) -> &'static str {
 
 /// A verdict as a word, a sentence, and a class of colour.
 fn verdict(run: &Run) -> (&'static str, &'static str, &'static str) {
-    if run.diagnosis.base.rmse.is_empty() {
+    if run.diagnosis.compares_nothing() {
         return (
             "Not judged",
-            "Nothing was predicted that could be compared with a measurement, so nothing is said of how well the twin predicts.",
+            "Nothing was compared: no prediction could be laid beside a measurement, so nothing is said of how well the twin \
+             predicts.",
             "open",
         );
     }
@@ -67,16 +68,40 @@ fn figure(value: &str, name: &str) -> String {
     format!("<div><dt>{name}</dt><dd>{value}</dd></div>\n")
 }
 
-/// Error against noise floor of each quantity.
+/// The first cause with its odds.
+fn cause(run: &Run) -> String {
+    let first = run.diagnosis.findings.first();
+    first.map_or_else(String::new, |f| {
+        let more = run.diagnosis.findings.len() - 1;
+        let more = if more > 0 {
+            format!(", and {more} more")
+        } else {
+            String::new()
+        };
+        format!(
+            "<div class=\"first\"><dt>Cause</dt><dd>{} <small>{} in {}{more}</small></dd></div>\n",
+            escape(&f.cause),
+            percent(f.probability),
+            escape(&f.place)
+        )
+    })
+}
+
+/// Error against noise floor of each quantity, both of single readings.
 fn errors(run: &Run) -> String {
     let base = &run.diagnosis.base;
+    let of = if base.held_out.is_empty() {
+        "all readings"
+    } else {
+        "held-out readings"
+    };
     base.rmse
         .iter()
         .map(|(name, rmse)| {
             let unit = unit_of(name);
             let floor = base.noise_floor.get(name).copied().unwrap_or(0.0);
             let value = format!(
-                "{} <small>noise {}</small>",
+                "{} <small>{of}; noise {}</small>",
                 escape(&quantity(*rmse, unit, 2.0)),
                 escape(&quantity(floor, unit, 2.0))
             );
@@ -121,7 +146,8 @@ pub fn section(capture: &Capture, run: &Run) -> String {
         .filter(|r| r.kind != RelationKind::Separate)
         .count();
     let held_out = capture.held_out().count();
-    let mut figures = figure(
+    let mut figures = cause(run);
+    figures += &figure(
         &format!(
             "{} <small>of {}</small>",
             twin.bodies.len(),
@@ -137,14 +163,15 @@ pub fn section(capture: &Capture, run: &Run) -> String {
     ));
     figures.push_str(&errors(run));
     // As many in a row as make rows of nearly the same length.
-    let tiles = figures.matches("<dt>").count().max(1);
+    let wide = figures.matches("class=\"first\"").count();
+    let tiles = (figures.matches("<dt>").count() + wide).max(1);
     let columns = tiles.div_ceil(tiles.div_ceil(WIDEST));
     format!(
         "<header>\n<p class=\"over\">palpate · digital twin of a tabletop</p>\n<h1>{}</h1>\n\
          <p class=\"verdict {class}\"><strong>{word}</strong><span>{sentence}{reservation}</span></p>\n\
          <dl class=\"figures\" style=\"--columns: {columns}\">\n{figures}</dl>\n\
-         <nav aria-label=\"Sections\"><a href=\"#view\">Scene</a><a href=\"#estimates\">Estimates</a><a href=\"#joints\">Joints</a>\
-         <a href=\"#relations\">Relations</a><a href=\"#interactions\">Interactions</a>{}<a href=\"#diagnosis\">Diagnosis</a>\
+         <nav aria-label=\"Sections\"><a href=\"#diagnosis\">Diagnosis</a><a href=\"#view\">Scene</a><a href=\"#estimates\">Estimates</a><a href=\"#joints\">Joints</a>\
+         <a href=\"#relations\">Relations</a><a href=\"#interactions\">Interactions</a>{}\
          <a href=\"#notices\">Notices</a></nav>\n</header>\n",
         escape(&twin.name),
         super::engines::link_place()

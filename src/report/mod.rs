@@ -1,5 +1,6 @@
 //! A finished run as one self-contained page; computes no new result.
 
+mod causes;
 mod diagnosis;
 mod engines;
 mod estimates;

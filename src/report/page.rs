@@ -20,6 +20,7 @@ pub fn render(capture: &Capture, run: &Run) -> Result<String> {
     let title = escape(&run.model.twin.name);
     let data = scene::data(capture, run).map_err(|e| Error::Failed(format!("report: the scene: {e}")))?;
     let mut body = header::section(capture, run);
+    body.push_str(&diagnosis::section(run));
     body.push_str(&scene::section(run));
     body.push_str(&estimates::section(run));
     body.push_str(&joints::section(run));
@@ -27,7 +28,6 @@ pub fn render(capture: &Capture, run: &Run) -> Result<String> {
     body.push_str(&snapshots::section(run));
     body.push_str(&interactions::section(capture, run));
     body.push_str(&engines::place());
-    body.push_str(&diagnosis::section(run));
     body.push_str(&notices::section(run));
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

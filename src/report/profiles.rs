@@ -168,12 +168,8 @@ pub fn budgets(budgets: &[Budget]) -> String {
 fn budget(b: &Budget) -> String {
     let parts = [
         ("named", "named causes", b.named),
-        (
-            "friction-law",
-            "friction or stiffness from touch to touch",
-            b.friction_law,
-        ),
-        ("geometry", "geometry of each contact", b.geometry),
+        ("friction-law", "scatter from touch to touch", b.friction_law),
+        ("geometry", "contact of each touch", b.geometry),
         ("timing", "timing and ringing", b.timing),
         ("noise", "noise of the sensors", b.noise),
         ("unexplained", "unexplained", b.unexplained),
@@ -194,9 +190,10 @@ fn budget(b: &Budget) -> String {
         .map(|(class, name, share)| format!("<li><i class=\"{class}\"></i>{name} <b>{:.1} %</b></li>", 100.0 * share))
         .collect();
     format!(
-        "<div class=\"budget\"><p>{} {} rms over {}</p><div class=\"stack\">{bar}</div><ul>{words}</ul></div>\n",
+        "<div class=\"budget\"><p>{} {} rms over {}{}</p><div class=\"stack\">{bar}</div><ul>{words}</ul></div>\n",
         escape(&b.quantity),
         escape(&quantity(b.rmse, &b.unit, 2.0)),
-        super::markup::count(b.interactions.len(), "interaction", "interactions")
+        super::markup::count(b.interactions.len(), "interaction", "interactions"),
+        super::causes::aside(&b.of, None)
     )
 }

@@ -327,6 +327,14 @@ mod tests {
     }
 
     #[test]
+    fn what_rises_within_all_interactions_is_told_however_unlike_they_are() {
+        let found = (0..200).filter(|seed| trend_within(&rows(0.0, *seed)).is_some_and(|p| p < 0.05));
+        let count = found.count();
+        assert!((1..=20).contains(&count), "{count} of 200");
+        assert!(trend_within(&rows(0.2, 5)).is_some_and(|p| p < 1e-4));
+    }
+
+    #[test]
     fn two_interactions_on_a_side_tell_nothing() {
         let few: Vec<Cell> = cells(0.3, 0.0, 5)
             .into_iter()

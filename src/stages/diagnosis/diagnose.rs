@@ -14,7 +14,7 @@ use super::inertia::{self, findings_of_inertia};
 use super::joint_lag::lag_of_joints;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
-use super::missed::worst_of;
+use super::missed::where_left;
 use super::motions::{Motions, of_all_joints};
 use super::naming::{NAMED, climb};
 use super::offset::centre_findings;
@@ -148,22 +148,17 @@ pub fn diagnose(
     } else {
         base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)), config)
     };
-    base.tests = whiteness(&traces);
-    base.tests.extend(curves.tests);
+    base.tests = [whiteness(&traces), curves.tests].concat();
     let left = shaken(raw, segmented, (&mut findings, &mut base)) || curves.left;
     let verdict = verdict_of(&traces, &findings, (left, curves.overruled), config);
     findings.iter_mut().for_each(leave_room);
-    let unknown = verdict == Verdict::Unknown;
+    let (missed, left) = where_left(verdict, (curves.missed, curves.left_against), &traces, config);
     let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
         profiles: curves.profiles.into_iter().filter(told).collect(),
         budgets: curves.budgets,
-        missed: if unknown {
-            worst_of(curves.missed, &traces, config)
-        } else {
-            Vec::new()
-        },
-        left: if unknown { curves.left_against } else { Vec::new() },
+        missed,
+        left,
         findings,
         experiments,
         ..nothing_named(base, verdict)

@@ -6,7 +6,7 @@ use super::fit::Fit;
 use super::held_out::left;
 use super::marginal::weights;
 use super::{Config, Trace};
-use crate::twin::Miss;
+use crate::twin::{Evidence, Miss, Verdict};
 
 /// How many are listed.
 const MOST: usize = 3;
@@ -21,14 +21,24 @@ fn worst(mut all: Vec<Rated>) -> Vec<Miss> {
     all.into_iter().take(MOST).map(|(_, miss)| miss).collect()
 }
 
-/// What is missed most beside named causes, where these leave something, else of all that the twin foretells.
-pub fn worst_of(mut named: Vec<Miss>, traces: &[Trace], config: &Config) -> Vec<Miss> {
+/// Where the verdict is unknown, what is missed most (beside `named` causes where these leave something, else of all that the
+/// twin foretells) and what that depends on.
+pub fn where_left(
+    verdict: Verdict,
+    (mut named, depends): (Vec<Miss>, Vec<Evidence>),
+    traces: &[Trace],
+    config: &Config,
+) -> (Vec<Miss>, Vec<Evidence>) {
+    if verdict != Verdict::Unknown {
+        return (Vec::new(), Vec::new());
+    }
     named.truncate(MOST);
-    if named.is_empty() {
+    let missed = if named.is_empty() {
         worst(misses(traces, config))
     } else {
         named
-    }
+    };
+    (missed, depends)
 }
 
 /// What a family's model misses most.

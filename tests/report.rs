@@ -232,6 +232,7 @@ fn diagnosis() -> Diagnosis {
             quantity: "force".into(),
             unit: "N".into(),
             rmse: 0.3,
+            of: String::new(),
             interactions: vec!["push".into()],
             named: 0.7,
             friction_law: 0.1,
@@ -240,6 +241,8 @@ fn diagnosis() -> Diagnosis {
             noise: 0.025,
             unexplained: 0.075,
         }],
+        missed: Vec::new(),
+        left: Vec::new(),
     }
 }
 

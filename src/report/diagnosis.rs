@@ -21,7 +21,9 @@ const BUDGETS: usize = 1;
 pub fn section(run: &Run) -> String {
     let d = &run.diagnosis;
     let pictured = d.findings.iter().find_map(|f| profile_of(f, &d.profiles));
-    let next = d.experiments.get(..NEXT).unwrap_or(&d.experiments);
+    // Several causes take the room of the second experiment.
+    let most = if d.findings.len() > 1 { 1 } else { NEXT };
+    let next = d.experiments.get(..most).unwrap_or(&d.experiments);
     let content = format!(
         "<div class=\"look\">\n<div>\n{}{}{}{}</div>\n<div>\n{}</div>\n</div>\n{}",
         ranked(d),
@@ -48,7 +50,7 @@ fn in_full(d: &Diagnosis, pictured: Option<&Profile>) -> String {
     if !more.is_empty() {
         out += &folded("Errors of the other kinds of touches, in parts", &budgets(more));
     }
-    if d.experiments.len() > NEXT {
+    if d.experiments.len() > 1 {
         let summary = format!("All {} experiments", d.experiments.len());
         out += &folded(&summary, &experiments("", &d.experiments, usize::MAX));
     }

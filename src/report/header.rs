@@ -45,8 +45,7 @@ fn verdict(run: &Run) -> (&'static str, &'static str, &'static str) {
         ),
         Verdict::Ambiguous => (
             "Ambiguous",
-            "The twin misses more than noise allows, and these data cannot tell between the named causes. The experiments \
-             below would.",
+            "The twin misses more than noise allows; these data cannot tell which named cause it is, the experiments below would.",
             "open",
         ),
         Verdict::Unknown => (

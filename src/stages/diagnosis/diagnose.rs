@@ -120,10 +120,7 @@ pub fn diagnose(
     let (mut experiments, curves) = name_causes(of_joints, segmented, model, (config, faults), &mut findings);
     findings.extend(play_findings(of_joints, segmented, model, &findings, notices));
     let traces = predicted(capture, model, (&curves.full, &curves.full_tosses));
-    // A part that swings lags behind as well.
-    let swings = |f: &Finding| matches!(f.cause.as_str(), "loose-mass" | "added-inertia");
-    let fast = curves.fast.as_slice();
-    let fast = if findings.iter().any(swings) { &[] } else { fast };
+    let fast: &[Inertial] = if findings.iter().any(swings) { &[] } else { &curves.fast };
     let slid: Vec<Trace> = traces
         .iter()
         .filter(|t| !curves.rolled.contains(&t.interaction))
@@ -204,6 +201,11 @@ fn two_clocks(
     let begun = || curves.clocks.finding().filter(|_| !thick);
     let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
     delay_finding(slid).or_else(begun).or_else(of_blows)
+}
+
+/// A part that swings lags behind, as what is read by a late clock does.
+fn swings(finding: &Finding) -> bool {
+    matches!(finding.cause.as_str(), "loose-mass" | "added-inertia")
 }
 
 /// Causes that act on a body at one place of the support.

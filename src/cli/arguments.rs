@@ -48,7 +48,7 @@ pub enum Command {
     },
     /// Make a synthetic capture from a scene of the built-in lab, with the truth beside it
     #[command(
-        after_help = "Example:\n  palpate synth scene.toml --out capture\n  palpate synth lab:hinge --out capture\n  palpate synth lab:probe-pushes --hide random --seed 7 --out blind"
+        after_help = "Example:\n  palpate synth scene.toml --out capture\n  palpate synth lab:hinge --out capture\n  palpate synth lab:probe-pushes --hide random --seed 5 --out blind"
     )]
     Synth {
         /// A scene file, or lab:NAME for one that is built in (see --list)

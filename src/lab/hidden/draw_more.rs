@@ -1,5 +1,7 @@
 //! The numbers of a hidden effect, drawn from its seed: effects on what is pressed, along joints, and in sensors.
 
+use std::f64::consts::FRAC_PI_2;
+
 use rand::Rng;
 
 use super::draw::Draw;
@@ -109,10 +111,13 @@ impl Draw {
                 width: self.uniform("width", 0.05, 0.1),
             },
             "joint-gravity" => {
-                // What swings freely is found hanging at rest, within what friction holds.
+                // What swings freely is found hanging at rest, to a side as far as friction holds it.
+                let load = 0.15 * s;
+                let lean = (HOLDS / load.max(HOLDS)).asin() * self.rng.random_range(-1.0..1.0);
+                self.say("direction", lean - FRAC_PI_2);
                 JointLaw::Gravity {
-                    cos: self.uniform("cos", -HOLDS, HOLDS),
-                    sin: self.say("sin", -0.15 * s),
+                    cos: self.say("cos", load * lean.sin()),
+                    sin: self.say("sin", -load * lean.cos()),
                 }
             }
             "soft-close" => JointLaw::SoftClose {

@@ -55,6 +55,9 @@ pub fn profiled(family: &dyn Family, before: &Fit, full: &Fit, law: usize) -> Op
     }
 }
 
+/// What is left by less than this share of the noise is not worth a word.
+const FAINT: f64 = 0.05;
+
 /// What a model leaves of its first kind of reading depends on, where that is beyond doubt.
 pub fn left_against(family: &dyn Family, fit: &Fit) -> Option<Evidence> {
     let residuals = Residuals::of(family, fit, 0, true);
@@ -66,7 +69,12 @@ pub fn left_against(family: &dyn Family, fit: &Fit) -> Option<Evidence> {
         f.p_value = (f.p_value * tries).min(1.0);
     }
     let k = surest(&all)?;
-    all.swap_remove(k).evidence(residuals.quantity)
+    let shows = |p: &Profiled| {
+        let found = p.found.as_ref().map(|f| &f.contrast);
+        found.is_some_and(|c| c.inside.value.abs().max(c.outside.value.abs()) > FAINT * family.kinds()[0].sigma)
+    };
+    let one = all.swap_remove(k);
+    shows(&one).then(|| one.evidence(residuals.quantity)).flatten()
 }
 
 /// The surest of those that are beyond doubt.

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::family::{Family, Parameter};
-use super::marginal::{GroupState, MOST_CORRELATED, Noise, Point, Tangent};
+use super::marginal::{GroupState, Noise, Point, Tangent};
 
 /// A model that was fitted.
 #[derive(Clone, Debug)]
@@ -33,10 +33,6 @@ pub fn parameters(family: &dyn Family, laws: &[usize]) -> Vec<Parameter> {
 }
 
 const ROUNDS: usize = 25;
-/// Share of the known noise below which none is believed.
-const LEAST: f64 = 0.85;
-/// Correlations closer than this are one.
-const NEAR: f64 = 0.02;
 /// Log-likelihood, nats, below which a step gains nothing.
 const ENOUGH: f64 = 0.02;
 
@@ -176,27 +172,17 @@ fn climbed(
         }
         // Steps of expectation and maximisation raise the likelihood of the samples as they are, which the weights by
         // the signal's change are not quite: where all levels together do not, one kind of them may.
-        let mut take = |levels: Vec<Noise>, noise: &mut Noise, states: &mut Vec<GroupState>| {
-            let better = levels.into_iter().find_map(|tried| {
-                let there = problem.states(&tangents, &tried);
-                let value = objective(&there, &theta, &tried);
-                (value > best + f64::EPSILON).then_some((tried, there, value))
-            });
-            let Some((tried, there, value)) = better else {
-                return 0.0;
-            };
-            let more = value - best;
-            (*noise, *states, best) = (tried, there, value);
-            more
-        };
-        if learns {
-            let learnt = learn(family, groups, &noise, &states);
-            let singly = noise.one_by_one(&learnt);
-            let levels = std::iter::once(learnt).chain(singly).collect();
-            gained += take(levels, &mut noise, &mut states);
-            // The likelihood has more than one top in the correlation.
-            if gained < ENOUGH {
-                gained += take(elsewhere(family, groups, &noise, &states), &mut noise, &mut states);
+        let learnt = learns.then(|| learn(family, groups, &noise, &states));
+        let levels = learnt
+            .iter()
+            .flat_map(|l| std::iter::once(l.clone()).chain(noise.one_by_one(l)));
+        for tried in levels.collect::<Vec<_>>() {
+            let there = problem.states(&tangents, &tried);
+            let value = objective(&there, &theta, &tried);
+            if value > best {
+                gained += value - best;
+                (noise, states, best) = (tried, there, value);
+                break;
             }
         }
         if gained < ENOUGH {
@@ -235,37 +221,6 @@ fn finish(problem: &Problem, theta: Vec<f64>, noise: Noise, states: Vec<GroupSta
     }
 }
 
-/// Correlations that are tried where learning ends.
-const CORRELATIONS: [f64; 4] = [0.0, 0.6, 0.9, MOST_CORRELATED];
-
-/// Levels of noise with one kind's correlation far from where it is, and the noise that goes with it.
-fn elsewhere(family: &dyn Family, groups: &[usize], noise: &Noise, states: &[GroupState]) -> Vec<Noise> {
-    let mut out = Vec::new();
-    for (kind, known) in family.kinds().iter().enumerate() {
-        for rho in CORRELATIONS {
-            if (rho - noise.rho[kind]).abs() < NEAR {
-                continue;
-            }
-            let (mut square, mut count) = (0.0, 0.0);
-            for (group, state) in groups.iter().zip(states) {
-                let channels = family.groups()[*group].channels.iter().zip(&state.left);
-                for (channel, left) in channels.filter(|(c, _)| c.kind == kind) {
-                    let inside = (1..left.len()).filter(|i| !channel.starts[*i]);
-                    let each = inside.map(|i| (left[i] - rho * left[i - 1]).powi(2));
-                    square += each.sum::<f64>() / (1.0 - rho * rho);
-                    count += left.len().saturating_sub(1) as f64;
-                }
-            }
-            if count > 10.0 {
-                let mut there = noise.clone();
-                (there.sigma[kind], there.rho[kind]) = ((square / count).sqrt().max(LEAST * known.sigma), rho);
-                out.push(there);
-            }
-        }
-    }
-    out
-}
-
 /// One step of expectation and maximisation for the levels of noise.
 fn learn(family: &dyn Family, groups: &[usize], noise: &Noise, states: &[GroupState]) -> Noise {
     let mut out = noise.clone();
@@ -288,8 +243,8 @@ fn learn(family: &dyn Family, groups: &[usize], noise: &Noise, states: &[GroupSt
             }
         }
         if count > 10.0 {
-            out.sigma[kind] = (square / count).sqrt().max(LEAST * known.sigma);
-            out.rho[kind] = (lagged / square.max(1e-300)).clamp(0.0, MOST_CORRELATED);
+            out.sigma[kind] = (square / count).sqrt().max(0.85 * known.sigma);
+            out.rho[kind] = (lagged / square.max(1e-300)).clamp(0.0, 0.97);
         }
     }
     out

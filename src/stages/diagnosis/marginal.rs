@@ -4,9 +4,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::family::{Active, Family};
 
-/// Largest correlation of neighbouring samples.
-pub(super) const MOST_CORRELATED: f64 = 0.97;
-
 /// Levels of noise that are learnt with every model.
 #[derive(Clone, Debug)]
 pub struct Noise {

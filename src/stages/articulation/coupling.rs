@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use super::describe::ends_reached;
 use super::fit::Fit;
 use super::pair::Pair;
-use super::rail::{held_sideways, on_one_line};
+use super::rail::on_a_rail;
 use super::select::Selection;
 use crate::capture::{Capture, Interaction, Kind, PoseStream};
 use crate::geometry::Mesh;
@@ -112,14 +112,8 @@ pub fn coupling(capture: &Capture, pair: &Pair, selection: &Selection, placement
         persistent_axis(pair, &mut found);
     }
     if fit.manifold.kind == JointKind::Prismatic && selection.inflation < WITHIN_NOISE {
-        if let Some(run) = on_one_line(pair) {
-            found.add(
-                &run.name,
-                "it kept to one line whether it was led along it or only shoved",
-            );
-        }
-        if let Some(run) = held_sideways(pair, &placement.up) {
-            found.add(&run.name, "it kept to one line although it was drawn to the side of it");
+        for (run, words) in on_a_rail(pair, placement) {
+            found.add(&run.name, words);
         }
     }
     if placement.off_table() && !placement.stacked() {

@@ -10,6 +10,7 @@ mod manifold;
 mod pair;
 mod rail;
 mod select;
+mod shoved;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

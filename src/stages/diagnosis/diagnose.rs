@@ -24,7 +24,7 @@ use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
 use super::rolls::rolls;
-use super::sensor::{rounded_away, sensor_findings, taken_out};
+use super::sensor::{as_one, rounded_away, sensor_findings, taken_out};
 use super::sensor_lag::lag_of;
 use super::shaking::shaken;
 use super::tares::{before_the_touch, tare_finding};
@@ -108,24 +108,22 @@ pub fn diagnose(
             .map(|t| or_toss(t, tosses))
             .collect()
     };
-    let frame = frame_finding(capture, &predicted(capture, model, (&[], &[]))).filter(|f| config.allows(&f.cause));
+    let plainly = predicted(capture, model, (&[], &[]));
+    let frame = frame_finding(capture, model, &plainly).filter(|f| config.allows(&f.cause));
     // What rolls does not go where it is pushed.
     let slides = model.twin.links().all(|(_, l)| l.friction.rolling.is_none());
     let righted = frame.as_ref().filter(|_| slides).and_then(|f| put_right(capture, f));
     let (raw, capture) = (capture, righted.as_ref().unwrap_or(capture));
     let (plain, mut findings) = centre_findings(capture, segmented, model);
-    let late = hand_delay(capture, segmented, model).filter(|_| config.allows("time-delay"));
+    let late = hand_delay(capture, segmented, model).filter(|late| config.allows(late.cause()));
     let on_time = late.as_ref().map(|late| late.undone(capture));
     let of_joints = on_time.as_ref().unwrap_or(capture);
     let (mut experiments, curves) = name_causes(of_joints, segmented, model, (config, faults), &mut findings);
     findings.extend(play_findings(of_joints, segmented, model, &findings, notices));
     let traces = predicted(capture, model, (&curves.full, &curves.full_tosses));
     let fast: &[Inertial] = if findings.iter().any(swings) { &[] } else { &curves.fast };
-    let slid: Vec<Trace> = traces
-        .iter()
-        .filter(|t| !curves.rolled.contains(&t.interaction))
-        .cloned()
-        .collect();
+    let slides = |t: &&Trace| !curves.rolled.contains(&t.interaction);
+    let slid: Vec<Trace> = traces.iter().filter(slides).cloned().collect();
     // A force that comes up late puts the first touch late, and what is tracked before it.
     findings.extend(late.as_ref().map(HandDelay::finding));
     if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
@@ -133,7 +131,7 @@ pub fn diagnose(
         take_up(&mut findings, delay);
     }
     let stands = frame.filter(|_| righted.is_some());
-    findings.extend(stands.or_else(|| frame_finding(capture, &slid)));
+    findings.extend(stands.or_else(|| frame_finding(capture, model, &slid)));
     findings.extend(sensor_findings(capture, faults, &traces));
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
@@ -222,6 +220,7 @@ fn keep_what_stands(findings: &mut Vec<Finding>, config: &Config) {
         findings.retain(|f| f.cause != "presliding");
     }
     findings.retain(|f| config.allows(&f.cause));
+    as_one(findings);
 }
 
 /// Below this probability a finding's name is one of several.

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Unit, UnitQuaternion};
 
+use super::hand_frames::hand_ways;
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
 use crate::capture::Capture;
 use crate::math::{correlated_mean, interpolate, mad_sd, median, quantile, t_tail};
-use crate::twin::{CauseOdds, Evidence, Finding, Gain};
+use crate::twin::{CauseOdds, Evidence, Finding, Gain, Model};
 
 /// Fewest pushes that tell it.
 const FEWEST: usize = 5;
@@ -28,19 +29,21 @@ const STRAIGHT: f64 = 0.15;
 /// Share of a recording in which tool and body are nearest: they touch.
 const TOUCHING: f64 = 0.1;
 /// Part of the way that is compared: the tool touches, and has not yet let go.
-const PART: [f64; 2] = [0.15, 0.95];
+pub(super) const PART: [f64; 2] = [0.15, 0.95];
 
 /// A scale or a rotation of the tracking as a finding; nothing where neither is clear or where it does not foretell
 /// pushes that were not fitted.
-pub fn frame_finding(capture: &Capture, traces: &[Trace]) -> Option<Finding> {
-    found(traces, &|t| reach(capture, &t.interaction).unwrap_or(0.0))
+pub fn frame_finding(capture: &Capture, model: &Model, traces: &[Trace]) -> Option<Finding> {
+    let pushed = found(traces, &|t| reach(capture, &t.interaction).unwrap_or(0.0));
+    pushed.or_else(|| told_by(&hand_ways(capture, model).iter().collect::<Vec<_>>()))
 }
 
 /// Whether enough pushes went far enough for a scale or a rotation of the tracking to show.
-pub fn tells_frame(capture: &Capture, traces: &[Trace]) -> bool {
+pub fn tells_frame(capture: &Capture, model: &Model, traces: &[Trace]) -> bool {
     let fitted = traces.iter().filter(|t| !t.held_out);
     let told = fitted.filter(|t| Way::of(t, reach(capture, &t.interaction).unwrap_or(0.0)).is_some());
-    told.count() >= FEWEST
+    let held = hand_ways(capture, model).iter().filter(|w| !w.held_out).count();
+    told.count() >= FEWEST || held >= FEWEST
 }
 
 /// How far from the tool, in the plane, what is tracked is while they touch, m.
@@ -62,35 +65,47 @@ fn reach(capture: &Capture, name: &str) -> Option<f64> {
 }
 
 fn found(traces: &[Trace], reach: &dyn Fn(&Trace) -> f64) -> Option<Finding> {
-    let ways: Vec<(&Trace, Way)> = traces.iter().filter_map(|t| Some((t, Way::of(t, reach(t))?))).collect();
+    let own = |t: &Trace| {
+        Some(Gone {
+            interaction: t.interaction.clone(),
+            held_out: t.held_out,
+            way: Way::of(t, reach(t))?,
+        })
+    };
+    let ways: Vec<Gone> = traces.iter().filter_map(own).collect();
     // What went straight tells it best; all together may, too.
-    let straight: Vec<_> = ways.iter().filter(|w| w.1.turned < STRAIGHT).collect();
+    let straight: Vec<_> = ways.iter().filter(|w| w.way.turned < STRAIGHT).collect();
     told_by(&straight).or_else(|| told_by(&ways.iter().collect::<Vec<_>>()))
 }
 
-/// A push with how it went.
-type Gone<'a> = (&'a Trace, Way);
+/// A touch with how what it moved went.
+pub(super) struct Gone {
+    pub interaction: String,
+    pub held_out: bool,
+    pub way: Way,
+}
 
 fn told_by(ways: &[&Gone]) -> Option<Finding> {
-    let (held, fitted): (Vec<&Gone>, Vec<&Gone>) = ways.iter().copied().partition(|w| w.0.held_out);
+    let (held, fitted): (Vec<&Gone>, Vec<&Gone>) = ways.iter().copied().partition(|w| w.held_out);
     if fitted.len() < FEWEST {
         return None;
     }
-    let told = [0, 1].map(|k| Told::of(&fitted.iter().map(|(_, w)| w.slope(k)).collect::<Vec<_>>(), LEAST[k]));
+    let slopes = |k: usize| fitted.iter().filter_map(|w| w.way.slope(k)).collect::<Vec<_>>();
+    let told = [0, 1].map(|k| Told::of(&slopes(k), LEAST[k]).filter(|_| slopes(k).len() >= FEWEST));
     let clear = |k: usize| told[k].as_ref().filter(|t| t.clear);
     let turned = clear(1).is_some();
     let main = clear(1).or(clear(0))?;
     let judged = if held.is_empty() { &fitted } else { &held };
     let (scale, angle) = (clear(0).map_or(0.0, |t| t.value), clear(1).map_or(0.0, |t| t.value));
-    let noise = judged.iter().filter_map(|(_, w)| w.noise).fold(0.0, f64::max);
-    let before = error(judged.iter().map(|(_, w)| w), 0.0, 0.0)?;
-    let after = error(judged.iter().map(|(_, w)| w), scale, angle)?;
+    let noise = judged.iter().filter_map(|w| w.way.noise).fold(0.0, f64::max);
+    let before = error(judged.iter().map(|w| &w.way), 0.0, 0.0)?;
+    let after = error(judged.iter().map(|w| &w.way), scale, angle)?;
     let above = |x: f64| (x * x - noise * noise).max(0.0);
     let reduction = 1.0 - (above(after) / above(before).max(1e-30)).sqrt();
     if reduction < WORTH {
         return None;
     }
-    let from: Vec<String> = fitted.iter().map(|(t, _)| t.interaction.clone()).collect();
+    let from: Vec<String> = fitted.iter().map(|t| t.interaction.clone()).collect();
     let names = [("s", "1"), ("a", "rad")];
     let stated = names.iter().zip(&told).filter_map(|((name, unit), t)| {
         let t = t.as_ref()?;
@@ -139,7 +154,7 @@ fn told_by(ways: &[&Gone]) -> Option<Finding> {
             rmse_before: before,
             rmse_after: after,
             unit: Quantity::Position.unit().into(),
-            held_out: held.iter().map(|(t, _)| t.interaction.clone()).collect(),
+            held_out: held.iter().map(|t| t.interaction.clone()).collect(),
             reduction,
             ..Gain::default()
         },
@@ -195,13 +210,15 @@ impl Told {
     }
 }
 
-/// One push while the tool moves the body: predicted way, and what was seen of it along and across beyond the
+/// One touch while the tool moves the body: predicted way, and what was seen of it along and across beyond the
 /// prediction, m.
-struct Way {
-    rows: Vec<(f64, f64, f64)>,
-    noise: Option<f64>,
+pub(super) struct Way {
+    pub rows: Vec<(f64, f64, f64)>,
+    pub noise: Option<f64>,
     /// By how much the body turned at most, rad.
-    turned: f64,
+    pub turned: f64,
+    /// Whether what is left along the motion, and across it, is a matter of the tracking.
+    pub tells: [bool; 2],
 }
 
 impl Way {
@@ -232,11 +249,12 @@ impl Way {
             turned: turned.fold(0.0, |most, a| most.max(a.abs())),
             rows,
             noise: along.noise,
+            tells: [true; 2],
         })
     }
 
     /// Regression of what was seen beyond the prediction, along (0) or across (1), on the way.
-    fn slope(&self, k: usize) -> f64 {
+    pub fn slope(&self, k: usize) -> Option<f64> {
         let n = self.rows.len() as f64;
         let of = |r: &(f64, f64, f64)| if k == 0 { r.1 } else { r.2 };
         let (x, y) = (
@@ -245,7 +263,7 @@ impl Way {
         );
         let top: f64 = self.rows.iter().map(|r| (r.0 - x) * (of(r) - y)).sum();
         let base: f64 = self.rows.iter().map(|r| (r.0 - x).powi(2)).sum();
-        top / base.max(1e-30)
+        self.tells[k].then_some(top / base.max(1e-30))
     }
 }
 
@@ -253,7 +271,7 @@ impl Way {
 fn error<'a>(ways: impl Iterator<Item = &'a Way>, scale: f64, angle: f64) -> Option<f64> {
     let mut squares = Vec::new();
     for way in ways {
-        for k in 0..2 {
+        for k in (0..2).filter(|k| way.tells[*k]) {
             let left: Vec<f64> = way
                 .rows
                 .iter()

@@ -71,14 +71,14 @@ impl Scope {
         let told: [(bool, &[&'static str]); 15] = [
             (reads_force(capture), &["force-saturation", "quantisation", "outliers"]),
             (late, &["time-delay"]),
-            (tells_delay(traces), &["clock-drift"]),
+            (late, &["clock-drift"]),
             (lags, &["sensor-lag"]),
             (
                 tells_tare(capture, segmented),
                 &["force-bias", "force-bias-world", "force-drift"],
             ),
             (tells_gain(capture, segmented), &["force-gain"]),
-            (tells_frame(capture, traces), &["length-scale", "tracking-error"]),
+            (tells_frame(capture, model, traces), &["length-scale", "tracking-error"]),
             (begin_slowly(&begun), &["presliding"]),
             (begun.iter().any(|(_, all)| tells_its_law(all)), &["contact-law"]),
             (tells_finger(model), &["tool-friction"]),

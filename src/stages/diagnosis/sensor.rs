@@ -50,7 +50,8 @@ fn clipped(capture: &Capture, found: &Clipped, traces: &[Trace]) -> Finding {
     let sizes: Vec<f64> = judged.iter().flat_map(of).collect();
     let rms = |limit: f64| {
         let squares = sizes.iter().map(|p| (p.min(limit) - found.limit).powi(2));
-        (squares.sum::<f64>() / sizes.len().max(1) as f64).sqrt()
+        // Of none at all the sum is a negative nought.
+        ((squares.sum::<f64>() + 0.0) / sizes.len().max(1) as f64).sqrt()
     };
     let (before, after) = (rms(f64::INFINITY), rms(found.limit));
     let limit = Estimate::measured(
@@ -95,7 +96,25 @@ fn clipped(capture: &Capture, found: &Clipped, traces: &[Trace]) -> Finding {
 /// Whether it is of readings that were left out.
 pub fn taken_out(finding: &Finding) -> bool {
     let end = |e: &Evidence| e.test.starts_with(AT_THE_END) || e.test.starts_with(AT_ONE_LEVEL);
-    finding.cause == "outliers" || finding.evidence.iter().any(end)
+    finding.cause == "outliers" || finding.evidence.first().is_some_and(end)
+}
+
+/// What readings say of the end of the range and what a law of it says are one finding: the readings tell where it is, the law what
+/// it explains.
+pub fn as_one(findings: &mut Vec<Finding>) {
+    let read = |f: &Finding| f.cause == "force-saturation" && taken_out(f);
+    let Some(at) = findings.iter().position(read) else {
+        return;
+    };
+    let fitted = |f: &Finding| f.cause == "force-saturation" && f.place == "sensor" && !taken_out(f);
+    let Some(of_law) = findings.iter().position(fitted) else {
+        return;
+    };
+    let law = findings[of_law].clone();
+    let both = &mut findings[at];
+    both.gain = law.gain;
+    both.evidence = law.evidence.into_iter().chain(both.evidence.drain(..)).collect();
+    findings.remove(of_law);
 }
 
 /// Standard deviation of what rounding takes from a force, N.
@@ -192,5 +211,42 @@ fn finding(cause: &str, (name, value): (&str, Estimate<f64>), evidence: Evidence
         parameters: BTreeMap::from([(name.to_owned(), value)]),
         evidence: vec![evidence],
         gain,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn saturation(test: &str, limit: f64, reduction: f64) -> Finding {
+        let value = Estimate::measured(limit, 0.01, "N", vec!["pull-00".into()], test);
+        let evidence = Evidence {
+            residual: "force".into(),
+            test: test.into(),
+            statistic: 20.0,
+            p_value: 0.0,
+            words: String::new(),
+        };
+        let gain = Gain {
+            reduction,
+            ..force_gain()
+        };
+        finding("force-saturation", ("Fs", value), evidence, gain)
+    }
+
+    #[test]
+    fn the_end_of_a_range_is_named_once() {
+        let of_law = saturation("log evidence over the model without it", 0.6, 0.4);
+        let read = saturation(AT_THE_END, 0.65, 0.0);
+        let mut both = vec![of_law.clone(), read];
+        as_one(&mut both);
+        assert_eq!(both.len(), 1);
+        assert!((both[0].parameters["Fs"].value - 0.65).abs() < 1e-9);
+        assert!((both[0].gain.reduction - 0.4).abs() < 1e-9 && both[0].evidence.len() == 2);
+        // What a law explains does not count as left out.
+        assert!(!taken_out(&both[0]));
+        let mut alone = vec![of_law];
+        as_one(&mut alone);
+        assert_eq!(alone.len(), 1);
     }
 }

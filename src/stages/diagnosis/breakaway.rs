@@ -142,7 +142,8 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Op
     let common = fitted.iter().filter(shows).count() as f64 > COMMON * fitted.len() as f64;
     let judged = if held.is_empty() { &fitted } else { &held };
     let [before, after] = [plain.error(judged), impulses.error(judged)];
-    if left < CLEAR * sd_left || excess < LEAST * friction || !common || after > before {
+    // Impulses that do not grow with speed tell nothing of what would be left of them without any.
+    if impulses.inertia <= 0.0 || left < CLEAR * sd_left || excess < LEAST * friction || !common || after > before {
         return None;
     }
     let names = |of: &[&JointStart]| {

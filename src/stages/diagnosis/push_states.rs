@@ -43,6 +43,8 @@ pub const RINGING: f64 = 0.1;
 const UNEVEN: f64 = 0.25;
 /// Loads over the weight that are believed.
 const LOADS: [f64; 2] = [0.2, 20.0];
+/// Mean resultant length of doubled headings from which on all go along one line: half of them may be 20 degrees off the others.
+const ONE_LINE: f64 = 0.94;
 /// Everything that a law may depend on at one moment.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -227,6 +229,18 @@ fn borne(states: &mut [State], scene: &Scene, normal: &Vector3<f64>, weight: f64
     for s in states {
         s.loaded = (1.0 - (s.loaded - tare) / weight).clamp(LOADS[0], LOADS[1]);
     }
+}
+
+/// Whether all went to and fro along one line, of the room or of the body itself.
+pub fn along_one_line<'a>(states: impl Iterator<Item = &'a State>, of_body: bool) -> bool {
+    let axis = |s: &State| {
+        let turned = if of_body { s.turn } else { 0.0 };
+        let double = 2.0 * (s.heading.y.atan2(s.heading.x) - turned);
+        Vector2::new(double.cos(), double.sin())
+    };
+    let moving = states.filter(|s| s.contact && s.heading.norm() > 0.5);
+    let (sum, count) = moving.fold((Vector2::zeros(), 0.0), |(sum, n), s| (sum + axis(s), n + 1.0));
+    sum.norm() > ONE_LINE * f64::max(count, 1.0)
 }
 
 /// A blow by the same tool is as its speed: a force that overshoots by more than others of its speed do is no ringing,

@@ -15,7 +15,7 @@ use super::push_history::History;
 use super::push_laws;
 use super::push_motion::paces;
 use super::push_plane::{lean_of, origin_of, plane_of};
-use super::push_states::{Observed, State, excuse_blows};
+use super::push_states::{Observed, State, along_one_line, excuse_blows};
 use super::push_touches::Ready;
 use super::push_windows::{USUAL, WIDTH, besides, covariates, only_shown};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
@@ -334,13 +334,18 @@ impl Family for Pushes {
 
     /// At one speed of the tool what rubs is slower only where the body turns, and how that goes is the footprint's.
     fn shows(&self, law: usize) -> bool {
-        use push_laws::form::{RATE_STATE, VISCOUS, WEAKENING, WEAKENING_SQUARE};
-        let by_speed = matches!(
-            self.sheet.laws[law].form,
-            RATE_STATE | VISCOUS | WEAKENING | WEAKENING_SQUARE
-        );
-        let even = self.paces[1] > 0.0 && self.paces[1] < PACES * self.paces[0];
-        !(by_speed && even)
+        use push_laws::form::{ANISOTROPY, ANISOTROPY_OF_BODY, RATE_STATE, VISCOUS, WEAKENING, WEAKENING_SQUARE};
+        let fitted = || (0..self.states.len()).filter(|g| !self.sheet.groups[*g].held_out);
+        match self.sheet.laws[law].form {
+            RATE_STATE | VISCOUS | WEAKENING | WEAKENING_SQUARE => {
+                self.paces[1] <= 0.0 || self.paces[1] >= PACES * self.paces[0]
+            }
+            form @ (ANISOTROPY | ANISOTROPY_OF_BODY) => {
+                let of_body = form == ANISOTROPY_OF_BODY;
+                !along_one_line(fitted().flat_map(|g| &self.states[g]), of_body)
+            }
+            _ => true,
+        }
     }
 
     /// A law that may act at many places is tried as often, and one of the tries fits by chance: in twenty clean captures of

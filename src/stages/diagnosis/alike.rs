@@ -68,8 +68,10 @@ const WIDE: [&str; 5] = [
     "gravity-error",
     "tether",
 ];
-/// Causes that go with speed wherever it is.
-const EVERYWHERE: [&str; 5] = [
+/// Causes that go with speed, or are the same, wherever it is.
+const EVERYWHERE: [&str; 7] = [
+    "force-bias",
+    "force-bias-world",
     "joint-damping",
     "joint-quadratic-damping",
     "joint-stiction",
@@ -155,6 +157,9 @@ mod tests {
             may_be_form("plastic-set", 100.0, false, large()) && !may_be_form("plastic-set", 300.0, false, large())
         );
         let notch = || [("detent", 2000.0)].into_iter();
-        assert!(!may_be_form("joint-damping", 56.0, false, notch()) && may_be_form("force-bias", 56.0, false, notch()));
+        for everywhere in ["joint-damping", "force-bias"] {
+            assert!(!may_be_form(everywhere, 56.0, false, notch()) && may_be_form(everywhere, 36.0, false, notch()));
+        }
+        assert!(may_be_form("backlash", 56.0, false, notch()));
     }
 }

@@ -49,6 +49,11 @@ impl Along {
         }
     }
 
+    /// Whether two are axes of one frame, or the same.
+    fn beside(self, other: Self) -> bool {
+        std::mem::discriminant(&self) == std::mem::discriminant(&other)
+    }
+
     /// Its size in each reading of an interaction, N.
     pub fn stream(self, interaction: &Interaction) -> Vec<f64> {
         let Some(stream) = &interaction.force else {
@@ -67,15 +72,19 @@ pub(super) fn clipped_of(capture: &Capture) -> Option<Clipped> {
     }
     let found = Along::ALL.into_iter().filter_map(|along| {
         let streams: Vec<Vec<f64>> = capture.interactions.iter().map(|i| along.stream(i)).collect();
-        limit_of(&streams).map(|(limit, count)| (count, limit, streams))
+        limit_of(&streams).map(|(limit, count)| (count, limit, streams, along))
     });
-    // The direction that is cut off repeats the most: others do by its leave.
-    let (_, limit, streams) = found.max_by_key(|(count, ..)| *count)?;
-    let at = |x: &f64| *x >= limit * (1.0 - SAME);
-    let readings = streams.iter().flatten().filter(|x| x.is_finite()).count();
-    let rows: Vec<Vec<usize>> = streams
+    let found: Vec<_> = found.collect();
+    // The direction that is cut off repeats the most: others do by its leave, but for the other axes of the same sensor.
+    let (_, limit, streams, along) = found.iter().max_by_key(|(count, ..)| *count)?;
+    let (limit, readings) = (*limit, streams.iter().flatten().filter(|x| x.is_finite()).count());
+    let beside: Vec<_> = found
         .iter()
-        .map(|s| (0..s.len()).filter(|i| at(&s[*i])).collect())
+        .filter(|(_, l, _, own)| own.beside(*along) && (l / limit - 1.0).abs() < SAME)
+        .collect();
+    let at = |k: usize, i: usize| beside.iter().any(|(_, _, s, _)| s[k][i] >= limit * (1.0 - SAME));
+    let rows: Vec<Vec<usize>> = (0..streams.len())
+        .map(|k| (0..streams[k].len()).filter(|i| at(k, *i)).collect())
         .collect();
     Some(Clipped {
         limit,
@@ -133,5 +142,11 @@ mod tests {
         // Coarse steps repeat every value.
         assert!(limit_of(&[wave(9.0, 0.1, 0.05)]).is_none());
         assert!(limit_of(&[wave(9.0, 0.1, 0.9)]).is_none());
+    }
+
+    #[test]
+    fn axes_of_one_sensor_end_together() {
+        assert!(Along::Tool(0).beside(Along::Tool(2)) && !Along::Tool(0).beside(Along::Room(0)));
+        assert!(Along::Size.beside(Along::Size) && !Along::Size.beside(Along::Room(1)));
     }
 }

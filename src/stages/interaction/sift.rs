@@ -65,7 +65,7 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
             }
         }
         if let (Some(stream), Some(rows)) = (&mut interaction.force, cut.next()) {
-            rows.iter().for_each(|i| stream.force[*i] = Vector3::repeat(f64::NAN));
+            leave_out(&mut stream.force, rows);
             // What is left of a weight that is beyond the range is where it is not carried.
             if interaction.kind == Kind::Lift && !rows.is_empty() {
                 interaction.force = None;
@@ -80,6 +80,17 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
         }
     }
     (Some(clean), faults)
+}
+
+/// Readings on either side of one at the end of the range that go with it: of those that noise lifts over the end only the low ones
+/// are left there.
+const WITH: usize = 5;
+
+fn leave_out(force: &mut [Vector3<f64>], rows: &[usize]) {
+    for i in rows {
+        let near = i.saturating_sub(WITH)..(i + WITH + 1).min(force.len());
+        force[near].fill(Vector3::repeat(f64::NAN));
+    }
 }
 
 fn forces_of(interaction: &Interaction) -> Vec<Vector3<f64>> {
@@ -366,5 +377,14 @@ mod tests {
         };
         assert_eq!(touched(false), None);
         assert!(touched(true).is_some_and(|n| n >= 8), "{:?}", touched(true));
+    }
+
+    #[test]
+    fn what_is_beside_the_end_of_the_range_goes_with_it() {
+        let mut force = vec![Vector3::new(1.0, 0.0, 0.0); 40];
+        leave_out(&mut force, &[2, 20]);
+        let left: Vec<usize> = (0..40).filter(|i| force[*i].x.is_finite()).collect();
+        let expected: Vec<usize> = (8..15).chain(26..40).collect();
+        assert_eq!(left, expected);
     }
 }

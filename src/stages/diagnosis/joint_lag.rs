@@ -46,7 +46,7 @@ const BETTER: f64 = 3.0;
 /// Readings of one start that are as good as independent.
 const FREE: f64 = 3.0;
 /// Standard deviations.
-const CLEAR: f64 = 6.0;
+const CLEAR: f64 = 8.0;
 
 /// One start that lags, from when it goes until it is steady.
 struct Rise {

@@ -63,7 +63,8 @@ const BORNE: [f64; 2] = [0.07, 5.0];
 const UNLIKE: (usize, f64) = (4, 0.2);
 
 /// The pull that shows a rail: a hand drew the child along one line, and to the side of it as well, now more and now less, and it did
-/// not give, or in one pull much more than in another, which no sensor does. Dry friction is against the motion alone: what is free follows whatever else acts on it (Goyal, Ruina, Papadopoulos 1991).
+/// not give, or in one pull much more than in another, which no sensor does. Dry friction is against the motion alone: what is free
+/// follows whatever else acts on it (Goyal, Ruina, Papadopoulos 1991).
 fn held_sideways<'a>(pair: &Pair<'a>, up: &Vector3<f64>) -> Option<&'a Interaction> {
     let lifted = (0..pair.runs.len()).any(|k| pair.runs[k].kind == Kind::Lift && pair.moved(k));
     let led = |k: &usize| {
@@ -83,7 +84,11 @@ fn held_sideways<'a>(pair: &Pair<'a>, up: &Vector3<f64>) -> Option<&'a Interacti
     let first = shown.next().filter(|_| shown.count() + 1 >= PULLS[1]);
     let most = || all.iter().max_by(|a, b| a.1.whole.abs().total_cmp(&b.1.whole.abs()));
     first
-        .or_else(|| unlike(&all.iter().map(|d| &d.1).collect::<Vec<_>>()).then(most)?)
+        .or_else(|| {
+            unlike(&all.iter().map(|d| &d.1).collect::<Vec<_>>())
+                .then(most)
+                .flatten()
+        })
         .map(|(k, _)| pair.runs[*k])
 }
 

@@ -42,7 +42,10 @@ pub fn frame_finding(capture: &Capture, model: &Model, traces: &[Trace]) -> Opti
 pub fn tells_frame(capture: &Capture, model: &Model, traces: &[Trace]) -> bool {
     let fitted = traces.iter().filter(|t| !t.held_out);
     let told = fitted.filter(|t| Way::of(t, reach(capture, &t.interaction).unwrap_or(0.0)).is_some());
-    let held = hand_ways(capture, model).iter().filter(|w| !w.held_out).count();
+    let held = hand_ways(capture, model)
+        .iter()
+        .filter(|w| !w.held_out && w.way.tells.contains(&true))
+        .count();
     told.count() >= FEWEST || held >= FEWEST
 }
 

@@ -157,15 +157,16 @@ impl Drift {
     }
 }
 
-/// Whether hands and what they hold were followed so often that a delay between them would show.
-pub(super) fn tells_hand_delay(capture: &Capture, segmented: &[Segmented], model: &Model) -> bool {
+/// Whether hands and what they hold were followed so often that a delay between them would show, and that its drift would.
+pub(super) fn tells_hand_delay(capture: &Capture, segmented: &[Segmented], model: &Model) -> [bool; 2] {
     let fitted = || capture.interactions.iter().filter(|i| !i.held_out);
     let told = |joint: &Joint| {
         let each = fitted().filter_map(|i| one(&Followed::of(i, segmented, model, joint)?));
-        each.count() >= FEWEST
+        each.count()
     };
     let kinds = |j: &&Joint| matches!(j.kind, JointKind::Revolute | JointKind::Prismatic);
-    model.twin.joints().filter(kinds).any(told)
+    let most = model.twin.joints().filter(kinds).map(told).max().unwrap_or(0);
+    [FEWEST, DRIFTS.0].map(|few| most >= few)
 }
 
 fn best(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<HandDelay> {

@@ -22,7 +22,6 @@ const FIRST: usize = 8;
 const FEWEST: usize = 20;
 /// Steeper than this a way has no side that is level.
 const STEEP: f64 = 0.3;
-
 /// Share of the largest load along a rail from which on a finger touches.
 const TOUCHES: f64 = 0.3;
 
@@ -45,19 +44,18 @@ pub(super) fn hand_ways(capture: &Capture, model: &Model) -> Vec<Gone> {
     capture.interactions.iter().filter_map(one).collect()
 }
 
-/// Components of a stream, to be read in between.
-fn read(time: &[f64], rows: &[Vector3<f64>], t: f64) -> Option<Vector3<f64>> {
-    let of = |k: usize| interpolate(time, &rows.iter().map(|r| r[k]).collect::<Vec<f64>>(), t);
-    Some(Vector3::new(of(0)?, of(1)?, of(2)?))
-}
-
 /// Means about each time of `at`, over half of its step to either side.
 fn beside(time: &[f64], rows: &[Vector3<f64>], at: &[f64]) -> Vec<Option<Vector3<f64>>> {
     let step = (at[at.len() - 1] - at[0]) / (at.len() - 1) as f64;
+    let parts: [Vec<f64>; 3] = [0, 1, 2].map(|k| rows.iter().map(|r| r[k]).collect());
+    let between = |t: f64| {
+        let of = |k: usize| interpolate(time, &parts[k], t);
+        Some(Vector3::new(of(0)?, of(1)?, of(2)?))
+    };
     let mean = |t: &f64| {
         let own = time.partition_point(|x| *x < t - 0.5 * step)..time.partition_point(|x| *x <= t + 0.5 * step);
         if own.is_empty() {
-            return read(time, rows, *t);
+            return between(*t);
         }
         let n = own.len() as f64;
         Some(rows[own].iter().sum::<Vector3<f64>>() / n).filter(|v| v.x.is_finite())
@@ -219,6 +217,17 @@ mod tests {
             assert!((along - scale).abs() < 2e-3, "{along} for {scale}");
             assert!((across - angle).abs() < 2e-3, "{across} for {angle}");
         }
+    }
+
+    #[test]
+    fn a_finger_tells_a_scale_of_what_runs_on_a_rail_and_no_turn() {
+        let mut shoved = drawn(-0.03, 0.0, 0.0);
+        shoved.tool.iter_mut().for_each(|t| t.grip = false);
+        assert!(way(&shoved, &Vector3::z(), false).is_none());
+        let way = way(&shoved, &Vector3::z(), true).expect("a way");
+        let along = way.slope(0).expect("it tells");
+        assert!((along + 0.03).abs() < 2e-3, "{along}");
+        assert!(way.slope(1).is_none());
     }
 
     #[test]

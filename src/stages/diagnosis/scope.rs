@@ -65,13 +65,13 @@ impl Scope {
     ) {
         let begun = onsets(capture, segmented, model);
         let all: Vec<Onset> = begun.iter().flat_map(|(_, all)| all.iter().cloned()).collect();
-        let late = tells_delay(traces) || tells_hand_delay(capture, segmented, model);
+        let [late, drifts] = tells_hand_delay(capture, segmented, model).map(|told| told || tells_delay(traces));
         let lags = tells_lag(&all) || joints_tell_lag(capture, segmented, model);
         let yaw = tells_yaw(capture, model);
         let told: [(bool, &[&'static str]); 15] = [
             (reads_force(capture), &["force-saturation", "quantisation", "outliers"]),
             (late, &["time-delay"]),
-            (late, &["clock-drift"]),
+            (drifts, &["clock-drift"]),
             (lags, &["sensor-lag"]),
             (
                 tells_tare(capture, segmented),

@@ -354,6 +354,22 @@ fn models() -> Vec<(&'static str, Model)> {
         ("kinds", kinds()),
         ("sheet", sheet()),
         ("geared", geared()),
+        (
+            "tethered",
+            strained("tether", &[("k", 20.0, "N/m"), ("px", 0.06, "m"), ("py", -0.02, "m")]),
+        ),
+        (
+            "leashed",
+            strained(
+                "tether",
+                &[("k", 30.0, "N/m"), ("direction", 2.0, "rad"), ("slack", 0.01, "m")],
+            ),
+        ),
+        (
+            "grained",
+            strained("anisotropic-friction", &[("ac", 0.2, "1"), ("as", 0.01, "1")]),
+        ),
+        ("stopped", stopped()),
     ]
 }
 
@@ -535,6 +551,38 @@ fn a_screw_advances_as_it_turns() {
     }
 }
 
+fn found(cause: &str, place: &str, parameters: &[(&str, f64, &str)]) -> Effect {
+    let one = |value: f64, unit: &str| measured(value, 0.01 * value.abs(), unit).expect("an estimate");
+    Effect {
+        cause: cause.into(),
+        place: place.into(),
+        probability: 0.97,
+        parameters: parameters.iter().map(|(n, v, u)| ((*n).into(), one(*v, u))).collect(),
+    }
+}
+
+/// A block on the table that something acts on beside friction.
+fn strained(cause: &str, parameters: &[(&str, f64, &str)]) -> Model {
+    let mut b = Builder::new(cause);
+    let mut block = b.block("block", yawed(0.05, 0.03, 0.03, 0.4), [0.12, 0.1, 0.06]);
+    block.mass = measured(0.8, 0.004, "kg");
+    block.friction.kinetic = measured(0.4, 0.01, "1");
+    b.add(vec![block], Vec::new());
+    b.model.twin.effects.push(found(cause, "support", parameters));
+    b.model
+}
+
+/// A hinge that runs into something that gives.
+fn stopped() -> Model {
+    let mut model = hinge();
+    let joint = &mut model.twin.bodies[0].joints[0];
+    (joint.stiffness, joint.travelled) = (None, Some([0.0, 1.0]));
+    let name = joint.name.clone();
+    let parameters = [("k", 2.5, "N·m/rad"), ("q_limit", 0.8, "rad")];
+    model.twin.effects.push(found("limit-compliance", &name, &parameters));
+    model
+}
+
 /// A plinth with two doors that hover over the table, the second geared to the first, with all that a diagnosis finds of a
 /// joint and of a table.
 fn geared() -> Model {
@@ -629,6 +677,32 @@ fn what_a_diagnosis_found_is_said_or_noted_by_every_format() {
         left > 0.2 && (right / left - 0.8).abs() < 0.05,
         "{left} rad, {right} rad: {outcome}"
     );
+}
+
+/// MuJoCo's file has the springs, cables and pairs of friction; the others, and what is skew to the axes, are told as left out.
+#[test]
+fn what_mujoco_can_hold_of_an_effect_it_holds() {
+    for (name, model) in models() {
+        let expected: &[&str] = match name {
+            "tethered" => &[
+                "<spatial name=\"tether_0\" stiffness=\"20\" springlength=\"0 0\">",
+                "pos=\"0.06 -0.02 0.03\"",
+            ],
+            "leashed" => &["<spatial name=\"tether_0\" stiffness=\"30\" springlength=\"0 100.01\">"],
+            "grained" => &["geom2=\"block_hull_0\" condim=\"3\" friction=\"0.32", " 0.48 0.005 "],
+            "stopped" => &["stiffness=\"2.5\" springlength=\"-1000 0.8\">"],
+            _ => continue,
+        };
+        let (files, notes) = exports_as(&model, &[Format::Urdf, Format::Mjcf]).expect("exports");
+        let text = |file: &str| String::from_utf8_lossy(&files[file]).into_owned();
+        let (mujoco, urdf) = (text("scene.xml"), text("scene.urdf"));
+        for words in expected {
+            assert!(mujoco.contains(words), "{name}: {words} in {mujoco}");
+        }
+        assert!(urdf.contains("left out") && !mujoco.contains("left out"), "{name}");
+        let in_part = notes.iter().any(|n| n.format == "mjcf" && n.message.contains("skew"));
+        assert_eq!(in_part, name == "grained", "{name}");
+    }
 }
 
 /// A press of a thing on a table that gives shows the measured stiffness, and the thing goes down by what the table gives.

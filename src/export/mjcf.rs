@@ -5,19 +5,12 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::doubts;
 use super::feet::{Corners, RADIUS, feet};
 use super::inertial::six;
+use super::mjcf_contact::{FOOT, contact, touching};
+use super::mjcf_effects::{Said, anchors, said, sites, tendons};
 use super::scene::{Attachment, Motion, Part, Scene, Tree};
 use super::urdf::upright_to;
 use super::xml::{Element, number, numbers, vector};
 use crate::twin::{JointKind, Model};
-
-/// Torsional friction, m, and rolling friction, m, of MuJoCo where none was measured.
-const DEFAULT_TORSION: f64 = 0.005;
-const DEFAULT_ROLLING: f64 = 0.0001;
-/// Constant impedance of a contact whose stiffness is stated.
-const IMPEDANCE: f64 = 0.95;
-const SOFT: &str = "0.95 0.95 0.001";
-/// Damping of a soft contact where none was seen, over the critical: a press that shows none must not meet any.
-const LIGHT: f64 = 0.1;
 
 /// The file's text.
 pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
@@ -38,8 +31,14 @@ pub(super) fn of_scene(scene: &Scene, model: &Model) -> String {
         .with("impratio", "10");
     root.push(option);
     root.push(assets(scene));
-    root.push(world(scene, model));
-    let sections = [contact(scene), equality(scene), custom(scene, model)];
+    let effects = said(scene, model);
+    root.push(world(scene, model, &effects));
+    let sections = [
+        contact(scene, model, &effects),
+        tendons(&effects),
+        equality(scene),
+        custom(scene, model),
+    ];
     for section in sections.into_iter().filter(|s| !s.is_empty()) {
         root.push(section);
     }
@@ -73,7 +72,7 @@ fn assets(scene: &Scene) -> Element {
     asset
 }
 
-fn world(scene: &Scene, model: &Model) -> Element {
+fn world(scene: &Scene, model: &Model, effects: &[Option<Said>]) -> Element {
     let mut world = Element::new("worldbody");
     let light = Element::new("light")
         .with("name", "lamp")
@@ -99,13 +98,14 @@ fn world(scene: &Scene, model: &Model) -> Element {
             .with("priority", "0");
         world.push(plane);
     }
+    anchors(effects).into_iter().for_each(|a| world.push(a));
     for tree in &scene.trees {
-        world.push(body(scene, model, tree, 0));
+        world.push(body((scene, model, effects), tree, 0));
     }
     world
 }
 
-fn body(scene: &Scene, model: &Model, tree: &Tree, index: usize) -> Element {
+fn body((scene, model, effects): (&Scene, &Model, &[Option<Said>]), tree: &Tree, index: usize) -> Element {
     let part = &tree.parts[index];
     let place = part
         .attachment
@@ -129,19 +129,25 @@ fn body(scene: &Scene, model: &Model, tree: &Tree, index: usize) -> Element {
         .with("fullinertia", numbers(&six(&part.inertia)));
     body.push(inertial);
     geoms(part).into_iter().for_each(|g| body.push(g));
-    let corners = match tree.parts.len() {
-        1 => Corners::All,
-        _ => Corners::Bearing,
-    };
-    for (k, at) in feet(part, model, scene.floor.as_ref(), corners).iter().enumerate() {
+    sites(scene, effects, &part.name).into_iter().for_each(|s| body.push(s));
+    for (k, at) in standing(scene, model, tree, part).iter().enumerate() {
         body.push(foot(part, k, at));
     }
     let children =
         (0..tree.parts.len()).filter(|i| tree.parts[*i].attachment.as_ref().is_some_and(|a| a.parent == index));
     for child in children {
-        body.push(self::body(scene, model, tree, child));
+        body.push(self::body((scene, model, effects), tree, child));
     }
     body
+}
+
+/// Centres of the feet of a part.
+pub(super) fn standing(scene: &Scene, model: &Model, tree: &Tree, part: &Part) -> Vec<Point3<f64>> {
+    let corners = match tree.parts.len() {
+        1 => Corners::All,
+        _ => Corners::Bearing,
+    };
+    feet(part, model, scene.floor.as_ref(), corners)
 }
 
 fn geoms(part: &Part) -> Vec<Element> {
@@ -173,82 +179,14 @@ fn geoms(part: &Part) -> Vec<Element> {
     geoms
 }
 
-/// A small ball, stiff, so that it stands out of the face under the weight too.
+/// A small ball.
 fn foot(part: &Part, k: usize, at: &Point3<f64>) -> Element {
     let ball = Element::new("geom")
         .with("name", format!("{}_foot_{k}", part.name))
         .with("type", "sphere")
         .with("size", number(RADIUS))
         .with("pos", vector(&at.coords));
-    touching(part, ball).with("solref", "0.004 1")
-}
-
-/// The contact properties: sliding friction is a pure number, torsional and rolling friction are lengths.
-fn touching(part: &Part, geom: Element) -> Element {
-    let s = &part.surface;
-    let torsion = s.torsional_radius.map_or(DEFAULT_TORSION, |r| r * s.kinetic_friction);
-    let friction = [s.kinetic_friction, torsion, s.rolling.unwrap_or(DEFAULT_ROLLING)];
-    let geom = geom
-        .with("group", "3")
-        .with("priority", "1")
-        .with("condim", if s.rolling.is_some() { "6" } else { "3" })
-        .with("friction", numbers(&friction))
-        .with("rgba", "0.4 0.6 0.8 0.3");
-    match s.compliance {
-        None => geom,
-        Some((stiffness, damping)) => {
-            let [tool, _] = shared(stiffness, s.sinks);
-            let reference = direct_reference(tool, damping, part.mass, LIGHT);
-            // A constant impedance makes the contact's spring linear and equal to the stated one.
-            geom.with("solref", numbers(&reference)).with("solimp", SOFT)
-        }
-    }
-}
-
-/// Stiffness of the contact with a tool (one point) and of each with the support (taken to be four), so that a press
-/// between the two shows the measured one: one point is given 5/4 of the whole, four are five times it, and both in series
-/// the whole. Where the support was seen to give, its four give that much, and the tool's the rest, a tenth at least.
-fn shared(stiffness: f64, sinks: Option<f64>) -> [f64; 2] {
-    let support = sinks.map_or(0.2, |c| (c * stiffness).min(0.9));
-    [stiffness / (1.0 - support), 0.25 * stiffness / support]
-}
-
-/// `solref` in MuJoCo's direct form for a contact of that stiffness. In equilibrium its force is `f = k x / ((1 - d) A)`
-/// with the impedance d and `A = 1/m` ("Computation", MuJoCo's documentation: `R = (1 - d)/d A`, `a_ref = -k/d x`).
-/// The same holds for the damping, that of a press, of which a contact has 5/4; one below `least` of the critical is raised
-/// to that, and where none was measured it is `least`.
-fn direct_reference(stiffness: f64, damping: Option<f64>, mass: f64, least: f64) -> [f64; 2] {
-    let share = (1.0 - IMPEDANCE) / mass;
-    // The contact obeys a + b v + k x = 0 whatever it carries.
-    let critical = 2.0 * (share * stiffness).sqrt();
-    let b = damping.map_or(least * critical, |c| {
-        (1.25 * share * c).clamp(least * critical, 10.0 * critical)
-    });
-    [-share * stiffness, -b]
-}
-
-/// The contact of a soft part with the table, damped critically: with less, what rests on it would rock and creep. It is
-/// the stiffer of the two in a press, so that a press hardly feels it; the part's own contacts keep what was measured.
-fn resting(part: &Part) -> Vec<Element> {
-    let Some((stiffness, damping)) = part.surface.compliance else {
-        return Vec::new();
-    };
-    let s = &part.surface;
-    let torsion = s.torsional_radius.map_or(DEFAULT_TORSION, |r| r * s.kinetic_friction);
-    let rolling = s.rolling.unwrap_or(DEFAULT_ROLLING);
-    let friction = [s.kinetic_friction, s.kinetic_friction, torsion, rolling, rolling];
-    let [_, support] = shared(stiffness, s.sinks);
-    let reference = direct_reference(support, damping, part.mass, 1.0);
-    let pair = |k: usize| {
-        Element::new("pair")
-            .with("geom1", "support")
-            .with("geom2", format!("{}_hull_{k}", part.name))
-            .with("condim", if s.rolling.is_some() { "6" } else { "3" })
-            .with("friction", numbers(&friction))
-            .with("solref", numbers(&reference))
-            .with("solimp", SOFT)
-    };
-    (0..part.hulls.len()).map(pair).collect()
+    touching(part, ball).with("solref", FOOT)
 }
 
 fn joints(hold: &Attachment) -> Vec<Element> {
@@ -301,7 +239,7 @@ fn slide_of(hold: &Attachment) -> String {
 }
 
 /// Every part that hangs on another, that other, and how.
-fn attachments<'a>(scene: &'a Scene) -> impl Iterator<Item = (&'a Part, &'a Part, &'a Attachment)> {
+pub(super) fn attachments<'a>(scene: &'a Scene) -> impl Iterator<Item = (&'a Part, &'a Part, &'a Attachment)> {
     let held = |tree: &'a Tree, part: &'a Part| {
         let hold = part.hold()?;
         Some((part, &tree.parts[hold.parent], hold))
@@ -310,22 +248,6 @@ fn attachments<'a>(scene: &'a Scene) -> impl Iterator<Item = (&'a Part, &'a Part
         .trees
         .iter()
         .flat_map(move |t| t.parts.iter().filter_map(move |p| held(t, p)))
-}
-
-fn contact(scene: &Scene) -> Element {
-    let mut contact = Element::new("contact");
-    let exclude = |a: &str, b: &str| Element::new("exclude").with("body1", a).with("body2", b);
-    for (child, parent, _) in attachments(scene) {
-        contact.push(exclude(&parent.name, &child.name));
-    }
-    for [a, b] in scene.welds.iter().map(|w| w.ends) {
-        contact.push(exclude(&scene.part(a).name, &scene.part(b).name));
-    }
-    if scene.floor.is_some() {
-        let pairs = scene.parts().flat_map(|(_, part)| resting(part));
-        pairs.for_each(|p| contact.push(p));
-    }
-    contact
 }
 
 fn equality(scene: &Scene) -> Element {

@@ -25,6 +25,8 @@ mod load_urdf;
 mod loaded;
 mod manipulate;
 mod mjcf;
+mod mjcf_contact;
+mod mjcf_effects;
 mod names;
 mod note;
 mod nudge;

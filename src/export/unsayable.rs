@@ -1,6 +1,7 @@
 //! What the twin says and a format cannot.
 
 use super::ExportNote;
+use super::mjcf_effects::{Said, said};
 use super::scene::{Attachment, Part, Scene};
 use crate::base::Estimate;
 use crate::twin::{Effect, Joint, JointKind, Model, RelationKind};
@@ -28,7 +29,9 @@ pub(super) fn unsayable(scene: &Scene, model: &Model) -> Vec<ExportNote> {
             notes.push(ExportNote::new("urdf", about, words));
         }
     }
-    notes.extend(model.twin.effects.iter().flat_map(of_effect));
+    let in_mjcf = said(scene, model);
+    let effects = model.twin.effects.iter().zip(&in_mjcf);
+    notes.extend(effects.flat_map(|(effect, said)| of_effect(effect, said.as_ref())));
     for relation in &model.twin.relations {
         if let Some(force) = relation
             .breakaway
@@ -203,7 +206,7 @@ fn of_effects(joint: &Joint) -> Vec<ExportNote> {
 }
 
 /// What no number of the twin holds: each is said beside the plain law, not beside numbers that may stand in for it.
-fn of_effect(effect: &Effect) -> Vec<ExportNote> {
+fn of_effect(effect: &Effect, in_mjcf: Option<&Said>) -> Vec<ExportNote> {
     let numbers: Vec<String> = effect
         .parameters
         .iter()
@@ -224,6 +227,12 @@ fn of_effect(effect: &Effect) -> Vec<ExportNote> {
             notes
         }
         "force-gain" => vec![note("all", "forces are as the sensor read them")],
-        _ => vec![note("all", "left out")],
+        _ => match in_mjcf.and_then(Said::approximate) {
+            None if in_mjcf.is_none() => vec![note("all", "left out")],
+            words => {
+                let others = ["urdf", "gltf", "sdf", "usd"].map(|f| note(f, "left out"));
+                words.map(|w| note("mjcf", w)).into_iter().chain(others).collect()
+            }
+        },
     }
 }

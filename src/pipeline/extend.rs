@@ -101,8 +101,8 @@ fn correct(number: &mut Estimate, level: &Level) {
     }
 }
 
-/// What resists more the faster a joint moves is what was named, and what pulls with its place is a weight where that was: a damping
-/// or a spring that was told without it would count twice.
+/// What resists more the faster a joint moves is what was named, and what pulls with its place is a weight, or
+/// a stop that gives, where that was: a damping or a spring that was told without it would count twice.
 fn relieve(joint: &mut Joint, findings: &[Finding]) {
     let named = |cause: &str| {
         let mut own = findings.iter().filter(|f| f.place == joint.name && f.probability > 0.5);
@@ -112,7 +112,7 @@ fn relieve(joint: &mut Joint, findings: &[Finding]) {
     if BY_SPEED.iter().any(|cause| named(cause).is_some()) {
         joint.damping = beside("joint-damping", "b");
     }
-    if named("joint-gravity").is_some() {
+    if named("joint-gravity").is_some() || named("limit-compliance").is_some() {
         joint.stiffness = beside("joint-spring", "k");
         joint.rest = beside("joint-spring", "q0");
     }
@@ -266,6 +266,7 @@ mod tests {
         let mut twin: Twin = serde_json::from_value(twin).expect("a twin");
         let finding = Finding {
             leader: Some("second".into()),
+            priors: BTreeMap::new(),
             cause: "joint-coupling".into(),
             place: "third".into(),
             probability: 0.95,

@@ -11,3 +11,4 @@ PALPATE_EXPORTS="$folder" cargo test --quiet --test exports leave_the_folders
 "$python" tests/judges/judge_exports.py "$folder"/*
 "$python" tests/judges/judge_sdf_usd.py "$folder"/*
 "$python" tests/judges/judge_meshes.py "$folder"/*
+"$python" tests/judges/judge_effects.py "$folder"

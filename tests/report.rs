@@ -178,6 +178,7 @@ fn twin() -> Twin {
 fn finding() -> Finding {
     Finding {
         leader: None,
+        priors: BTreeMap::new(),
         cause: "com-offset".into(),
         place: EVIL.into(),
         probability: 0.9,

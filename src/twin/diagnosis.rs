@@ -212,6 +212,34 @@ pub struct Finding {
     /// The joint that leads, of one that follows another.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leader: Option<String>,
+    /// What was believed of each parameter before the data; none where an estimator of its own gave them without any belief.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub priors: BTreeMap<String, Prior>,
+}
+
+/// What was believed of a parameter before the data.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Prior {
+    /// Its distribution, cut to the bounds.
+    pub family: PriorFamily,
+    /// Mean of a normal one, median of a log-normal one, in `unit`.
+    pub centre: f64,
+    /// Standard deviation: in `unit`, or of the natural logarithm.
+    pub sd: f64,
+    /// Least and largest value, in `unit`.
+    pub bounds: [f64; 2],
+    /// SI, `1` for a pure number.
+    pub unit: String,
+}
+
+/// The distribution of a prior.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PriorFamily {
+    /// About its mean.
+    Normal,
+    /// Of its logarithm.
+    LogNormal,
 }
 
 /// A cause and its probability.

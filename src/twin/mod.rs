@@ -26,7 +26,7 @@ pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, S
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{
     AskedTouch, BaseFit, Budget, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Miss,
-    Profile, ProfileBin, ProfileSample, Verdict, in_order,
+    Prior, PriorFamily, Profile, ProfileBin, ProfileSample, Verdict, in_order,
 };
 pub use disagree::{Compared, compared, effects_compared, efforts_compared, joints_compared};
 pub use effect::{Coupling, Detent, Effect, JointEffects};

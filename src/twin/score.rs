@@ -296,6 +296,7 @@ mod tests {
     fn diagnosis(cause: &str) -> Diagnosis {
         let finding = Finding {
             leader: None,
+            priors: BTreeMap::new(),
             cause: cause.into(),
             place: "support".into(),
             probability: 0.9,

@@ -214,6 +214,7 @@ impl Told {
         let value = Estimate::measured(self.value.0, self.value.1, self.unit, from, "path-against-speed");
         Some(Finding {
             leader: None,
+            priors: BTreeMap::new(),
             cause: self.cause.into(),
             place: "sensor".into(),
             probability: 0.9,

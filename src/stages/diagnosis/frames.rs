@@ -134,6 +134,7 @@ fn told_by(ways: &[&Gone]) -> Option<Finding> {
     };
     Some(Finding {
         leader: None,
+        priors: BTreeMap::new(),
         cause: cause.into(),
         place: "sensor".into(),
         probability: if other.is_some() { 0.7 } else { 0.95 },

@@ -62,6 +62,7 @@ fn finding(
     };
     Some(Finding {
         leader: None,
+        priors: BTreeMap::new(),
         cause: cause.into(),
         place: joint.name.clone(),
         probability: 0.95,

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::alike::acts_at_a_place;
-use super::family::{Family, Law};
+use super::family::{Family, Law, Parameter};
 use super::fit::Fit;
 use super::held_out::{gain, refit};
 use super::naming::{Ladder, Taken};
 use super::profile::profiled;
 use crate::base::Estimate;
-use crate::twin::{CauseOdds, Evidence, Finding};
+use crate::math::median;
+use crate::twin::{CauseOdds, Evidence, Finding, Prior, PriorFamily};
 
 /// Raw Bayes factors are overconfident where no form of a law is quite right: log odds are divided by this.
 pub const TEMPERATURE: f64 = 1.5;
@@ -30,6 +31,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let Some(gain) = taken.told.clone() else { continue };
         out.push(Finding {
             leader: None,
+            priors: priors(law),
             cause: law.cause.into(),
             place: law.place.clone(),
             probability: own,
@@ -41,7 +43,32 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             gain,
         });
     }
-    with_its_state(out)
+    stood_before(with_its_state(out), usual_force(family))
+}
+
+/// Decades of seconds for which a body may have stood before its capture began.
+const DECADES: f64 = 6.0;
+
+/// How long a body had stood before it was first pushed nobody knows: where friction ages at rest, a first push that needs more than the
+/// capture's own time explains had stood longer, and no bond is needed, unless it holds more than weeks of ageing would.
+fn stood_before(mut findings: Vec<Finding>, usual: f64) -> Vec<Finding> {
+    let value = |cause: &str, name: &str| {
+        let own = findings.iter().find(|f| f.cause == cause && f.place == "support");
+        own.and_then(|f| f.parameters.get(name)).map(|e| e.value)
+    };
+    if let (Some(decade), Some(bond)) = (value("static-ageing", "beta"), value("breakaway-bond", "Fg"))
+        && bond < DECADES * decade * usual
+    {
+        findings.retain(|f| f.cause != "breakaway-bond");
+    }
+    findings
+}
+
+/// The median of what is read along the touches, N.
+fn usual_force(family: &dyn Family) -> f64 {
+    let channels = family.groups().iter().flat_map(|g| &g.channels);
+    let read: Vec<f64> = channels.filter(|c| c.kind == 0).flat_map(|c| &c.measured).map(|m| m.abs()).collect();
+    median(&read).unwrap_or(0.0)
 }
 
 /// Evidence of what ages at rest over that of what goes with speed, or the other way round, up to which they are one law.
@@ -114,7 +141,7 @@ fn estimates(family: &dyn Family, ladder: &Ladder, law: usize) -> BTreeMap<Strin
         None => 0.0,
     };
     let each = form.parameters.iter().zip(own).enumerate();
-    let one = |(k, (p, (value, sd))): (usize, (&super::family::Parameter, (f64, f64)))| {
+    let one = |(k, (p, (value, sd))): (usize, (&Parameter, (f64, f64)))| {
         let method = "marginal-likelihood";
         let shared = match k < form.amplitudes {
             true if p.unit == "1" => 0.0,
@@ -144,6 +171,21 @@ fn estimates(family: &dyn Family, ladder: &Ladder, law: usize) -> BTreeMap<Strin
         (p.name.to_owned(), e)
     };
     each.map(one).collect()
+}
+
+/// What was believed of each parameter before the data, as it is stated.
+fn priors(law: &Law) -> BTreeMap<String, Prior> {
+    let one = |p: &Parameter| {
+        let stated = |v: f64| if p.log { v.exp() } else { v };
+        Prior {
+            family: if p.log { PriorFamily::LogNormal } else { PriorFamily::Normal },
+            centre: stated(p.centre),
+            sd: p.sd,
+            bounds: [stated(p.low), stated(p.high)],
+            unit: p.unit.into(),
+        }
+    };
+    law.parameters.iter().map(|p| (p.name.to_owned(), one(p))).collect()
 }
 
 /// Odds among the causes that do about as well: the forms of a cause count together.

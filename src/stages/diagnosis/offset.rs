@@ -129,6 +129,7 @@ impl Offset {
         };
         Finding {
             leader: None,
+            priors: BTreeMap::new(),
             cause: "com-offset".into(),
             place: name.to_owned(),
             probability: 0.98,

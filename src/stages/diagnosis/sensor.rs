@@ -204,6 +204,7 @@ fn force_gain() -> Gain {
 fn finding(cause: &str, (name, value): (&str, Estimate<f64>), evidence: Evidence, gain: Gain) -> Finding {
     Finding {
         leader: None,
+        priors: BTreeMap::new(),
         cause: cause.into(),
         place: "sensor".into(),
         probability: 0.99,

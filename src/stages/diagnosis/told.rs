@@ -35,6 +35,7 @@ impl Told<'_> {
         let rivals = self.rivals.iter().filter(|r| r.1 > 0.0);
         Finding {
             leader: None,
+            priors: BTreeMap::new(),
             cause: self.cause.into(),
             place: self.place.into(),
             probability: self.probability,

@@ -118,7 +118,10 @@ fn tether(scene: &Scene, effect: &Effect) -> Option<Tether> {
     let above = normal * normal.dot(&at.coords);
     let stiffness = value(effect, "k").filter(|k| *k > 0.0)?;
     let (anchor, slack) = match (value(effect, "px"), value(effect, "direction")) {
-        (Some(x), _) => (first * x + second * value(effect, "py")?, 0.0),
+        (Some(x), _) => (
+            first * x + second * value(effect, "py")?,
+            value(effect, "L").unwrap_or(0.0),
+        ),
         (None, Some(angle)) => {
             // Taut where the thing is farther along the direction than `slack`.
             let way = first * angle.cos() + second * angle.sin();

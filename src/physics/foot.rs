@@ -1,14 +1,17 @@
 //! What a link stands on: where its friction acts, how strong it is and how it resists turning.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
 
 use super::Footprint;
 use super::limit_surface::gathered;
+use super::riders::riders;
 use super::underside::{lowest, underside};
+use crate::base::Pose;
 use crate::geometry::Mesh;
-use crate::twin::{Link, Model, RelationKind};
+use crate::twin::{Link, Model};
 
 /// Where a link rubs on the table.
 #[derive(Clone, Debug)]
@@ -246,8 +249,8 @@ impl Stand {
 }
 
 /// What rides on a link presses it down: its friction is that of both.
-pub fn loaded(foot: Foot, model: &Model, link: &Link) -> Foot {
-    let extra: f64 = riders(model, &link.name)
+pub fn loaded(foot: Foot, model: &Model, link: &Link, start: &BTreeMap<String, Pose>) -> Foot {
+    let extra: f64 = riders(model, &link.name, start)
         .iter()
         .filter_map(|name| rider_friction(model, link, name))
         .sum();
@@ -269,43 +272,6 @@ fn rider_friction(model: &Model, carrier: &Link, rider: &str) -> Option<f64> {
     let own = carrier.friction_force.kinetic.as_ref()?.value;
     let ratio = rider.mass.as_ref()?.value / carrier.mass.as_ref()?.value;
     (ratio.is_finite() && ratio > 0.0).then_some(own * ratio)
-}
-
-/// The links that rest on `link`, and on those in turn: glued or not where no touch could have told, they ride on it.
-pub fn riders(model: &Model, link: &str) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
-    let mut carriers = vec![link.to_owned()];
-    while let Some(carrier) = carriers.pop() {
-        for relation in &model.twin.relations {
-            let upper = &relation.b;
-            let rides = match relation.kind {
-                RelationKind::Resting => true,
-                RelationKind::Unknown => above(model, &carrier, upper),
-                _ => false,
-            };
-            if rides && relation.a == carrier && !found.contains(upper) {
-                found.push(upper.clone());
-                carriers.push(upper.clone());
-            }
-        }
-    }
-    found
-}
-
-/// Whether all of a link is above the middle of another, along gravity, at the first view; false where a shape is not known.
-pub fn above(model: &Model, lower: &str, upper: &str) -> bool {
-    let up = -nalgebra::Vector3::from(model.twin.gravity);
-    let reach = |name: &str| -> Option<[f64; 2]> {
-        let link = model.twin.link(name)?;
-        let mesh = model.meshes.get(link.mesh.as_ref()?)?;
-        let heights = mesh.vertices.iter().map(|v| (link.pose.0 * v).coords.dot(&up));
-        let ends = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], h| [a.min(h), b.max(h)]);
-        ends[0].is_finite().then_some(ends)
-    };
-    match (reach(lower), reach(upper)) {
-        (Some([from, to]), Some([bottom, _])) => bottom > 0.5 * (from + to),
-        _ => false,
-    }
 }
 
 /// A pressure under a footprint.

@@ -93,7 +93,7 @@ impl Linkage {
         let placed = |(link, at): (&Link, &Placed)| PlaneLink {
             name: link.name.clone(),
             start: at.pose,
-            foot: at.stand.foot(link).map(|f| loaded(f, model, link)),
+            foot: at.stand.foot(link).map(|f| loaded(f, model, link, start)),
             pressing: None,
             hanging: Vec::new(),
             centre: at.stand.centre,

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point2, Vector2, Vector3};
 
-use super::foot::riders;
 use super::grip::{Felt, alone, led, turned};
+use super::riders::riders;
 use super::tool_path::{STEP, divided, smooth_path};
 use super::{Action, Contact, Course, Hold, Linkage, Prediction, Stance, solve_contact_on};
 use crate::base::Pose;
@@ -104,7 +104,10 @@ impl Play {
 fn carried(model: &Model, action: &Action, target: usize, linkage: &Linkage) -> Vec<(String, Pose)> {
     let base = linkage.poses()[target];
     let of = |name: String| Some((name.clone(), base.inverse() * *action.start.get(&name)?));
-    riders(model, &action.target).into_iter().filter_map(of).collect()
+    riders(model, &action.target, &action.start)
+        .into_iter()
+        .filter_map(of)
+        .collect()
 }
 
 /// Riders move with what carries them: slow pushes do not overcome the friction between them.

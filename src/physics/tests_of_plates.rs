@@ -1,10 +1,12 @@
 //! A plate that is pushed turns as the sum over what it stands on tells, along it and across it.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::foot::riders;
 use super::predict_push;
 use super::push::tests::pushed;
+use super::riders::riders;
 use crate::base::Pose;
 use crate::geometry::solids::cuboid;
 use crate::twin::{Body, Link, Relation, RelationKind};
@@ -87,5 +89,11 @@ fn what_stands_on_another_rides_on_it_though_no_touch_told_a_bond() {
             breakaway: None,
         });
     }
-    assert_eq!(riders(&model, "box"), ["above"]);
+    let mut start: BTreeMap<String, Pose> = model.twin.links().map(|(_, l)| (l.name.clone(), l.pose)).collect();
+    assert_eq!(riders(&model, "box", &start), ["above"]);
+    // Between touches one was taken off, and the other put on.
+    let put = |x: f64, z: f64| Pose(Isometry3::translation(x, 0.0, z));
+    start.insert("above".into(), put(0.5, 0.04));
+    start.insert("beside".into(), put(0.01, 0.12));
+    assert_eq!(riders(&model, "box", &start), ["beside"]);
 }

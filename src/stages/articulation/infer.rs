@@ -7,6 +7,7 @@ use nalgebra::Isometry3;
 use super::Config;
 use super::coupling::{Placement, coupling};
 use super::describe::{Anchor, describe};
+use super::fit::Fit;
 use super::pair::{Pair, travel};
 use super::select::{KINDS, Selection, select};
 use super::tree::{Arc, tree_of};
@@ -140,7 +141,8 @@ fn judge(
         return None;
     }
     let placement = placement(capture, model, &pair)?;
-    if !declared && !near(&placement, config) {
+    let beside = declared || near(&placement, config.gap, config);
+    if !beside && !near(&placement, config.hinge_gap, config) {
         return None;
     }
     let reach = (config.reach * placement.size).max(0.05);
@@ -168,8 +170,17 @@ fn judge(
         notices.note("articulation", &about, how.to_lowercase());
         return None;
     }
+    if !declared && put_elsewhere(&pair, &best.fit) {
+        let about = format!("{}, {}", pair.parent, pair.child);
+        let how = "between touches one was put where no joint that explains their motion could have brought it";
+        notices.note("articulation", &about, how);
+        return None;
+    }
     let proof = coupling(capture, &pair, &selection, &placement);
     let proven = declared || proof.proven();
+    if !beside && !(proven && kind == JointKind::Revolute) {
+        return None;
+    }
     if !proven {
         let pair = Unproven {
             share: best.probability * chance(&pair, kind),
@@ -188,6 +199,18 @@ fn judge(
         share: pair.share_moved(),
         centres: [placement.parent_centre, placement.child_centre],
         joint: describe(&pair, &selection, &anchor, &placement, held),
+    })
+}
+
+/// How far off its way a joint that was moved by hand between touches is still found, m.
+const OFF_ITS_WAY: f64 = 0.02;
+
+/// True where the two rested against each other, in touches that moved neither, as the joint does not let them: somebody took them apart.
+fn put_elsewhere(pair: &Pair, fit: &Fit) -> bool {
+    let mut still = pair.still.iter();
+    still.any(|sample| {
+        let off = fit.manifold.project(sample).residual.fixed_rows::<3>(0).norm() * sample.noise.position;
+        off > OFF_ITS_WAY.max(8.0 * sample.noise.position)
     })
 }
 
@@ -238,9 +261,10 @@ fn same_body(a: &str, b: &str) -> bool {
     }
 }
 
-fn near(placement: &Placement, config: &Config) -> bool {
+/// True where no more than `most`, m, is between the two.
+fn near(placement: &Placement, most: f64, config: &Config) -> bool {
     match (&placement.parent_mesh, &placement.child_mesh) {
-        (Some(p), Some(c)) => gap(p, c).is_some_and(|g| g < config.gap),
+        (Some(p), Some(c)) => gap(p, c).is_some_and(|g| g < most),
         _ => (placement.parent_centre - placement.child_centre).norm() < config.origin_distance,
     }
 }

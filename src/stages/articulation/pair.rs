@@ -18,6 +18,8 @@ pub struct Pair<'a> {
     pub runs: Vec<&'a Interaction>,
     /// Child in parent.
     pub samples: Vec<Sample>,
+    /// One of each run that did not move the two against each other, where others did.
+    pub still: Vec<Sample>,
 }
 
 impl<'a> Pair<'a> {
@@ -51,6 +53,7 @@ impl<'a> Pair<'a> {
             parent: parent.into(),
             child: child.into(),
             samples: thinned(&motions, noise),
+            still: Vec::new(),
             runs,
         };
         // Where it moved in a few touches only, those that left it alone would make its motion look like outliers.
@@ -58,6 +61,8 @@ impl<'a> Pair<'a> {
             .map(|run| pair.of_run(run).next().is_some() && pair.moved(run))
             .collect();
         if moved.contains(&true) && moved.contains(&false) {
+            let still = (0..moved.len()).filter(|run| !moved[*run]);
+            pair.still = still.filter_map(|run| pair.of_run(run).next().cloned()).collect();
             for (motion, moved) in motions.iter_mut().zip(&moved) {
                 if !moved {
                     motion.clear();

@@ -228,6 +228,7 @@ fn pulled(
         candidate.probability = weights.get(&candidate.fit.manifold.kind).copied().unwrap_or(0.0);
     }
     let pair = Pair {
+        still: Vec::new(),
         parent: WORLD.into(),
         child: target.into(),
         runs: vec![best.run],

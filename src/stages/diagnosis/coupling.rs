@@ -1,4 +1,4 @@
-//! Joints of one parent that nobody moves and that move all the same, as another does: geared, or linked by something hidden.
+//! Joints that nobody moves and that move all the same, as another does: geared, or linked by something hidden.
 
 use super::joint_paths::{JointMoment, joint_path, travelled};
 use super::told::{Told, gain};
@@ -50,9 +50,7 @@ pub fn tells_coupling(capture: &Capture, segmented: &[Segmented], model: &Model)
         let cut = segmented.iter().find(|s| s.interaction == i.name);
         cut.is_some_and(|cut| joint_loads(i, cut, leads, model, HANDLED).is_some())
     };
-    let follows = |leads: &Joint, other: &Joint| {
-        other.name != leads.name && (other.parent == leads.parent || other.parent == leads.child)
-    };
+    let follows = |leads: &Joint, other: &Joint| other.name != leads.name && other.child != leads.parent;
     let seen = |i: &Interaction, leads: &Joint| {
         let mut others = joints.iter().filter(|j| follows(leads, j));
         others.any(|j| joint_path(i, model, j).is_some())
@@ -62,7 +60,7 @@ pub fn tells_coupling(capture: &Capture, segmented: &[Segmented], model: &Model)
     joints.len() > 1 && joints.iter().any(told)
 }
 
-/// Joints that follow another of the same parent, or one that carries them.
+/// Joints that follow another, or one that carries them.
 pub fn coupling_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
     let joints = of_one_freedom(model);
     let mut out = Vec::new();
@@ -70,7 +68,11 @@ pub fn coupling_findings(capture: &Capture, segmented: &[Segmented], model: &Mod
         for second in joints.iter().filter(|j| j.parent == first.child) {
             out.extend(coupled(capture, segmented, model, first, second));
         }
-        for second in joints[i + 1..].iter().filter(|j| j.parent == first.parent) {
+        // A cable or a gear may link two that stand apart.
+        for second in joints[i + 1..]
+            .iter()
+            .filter(|j| j.parent != first.child && j.child != first.parent)
+        {
             out.extend(coupled(capture, segmented, model, first, second).or_else(|| {
                 // It may only drive one way.
                 coupled(capture, segmented, model, second, first)
@@ -78,6 +80,12 @@ pub fn coupling_findings(capture: &Capture, segmented: &[Segmented], model: &Mod
         }
     }
     out
+}
+
+/// What follows a joint by something that gives swings: no mass is loose in the joint that leads it.
+pub fn without_what_follows(findings: &mut Vec<Finding>) {
+    let leaders: Vec<String> = findings.iter().filter_map(|f| f.leader.clone()).collect();
+    findings.retain(|f| f.cause != "joint-loose-mass" || !leaders.contains(&f.place));
 }
 
 fn coupled(

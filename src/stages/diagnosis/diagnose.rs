@@ -6,6 +6,7 @@ use super::axes::of_all_axes;
 use super::blows::blow_findings;
 use super::clocks::Clocks;
 use super::compare::{base_fit, forces_fit, hardly_felt, verdict};
+use super::coupling::without_what_follows;
 use super::delay::{delay_finding, take_up};
 use super::family::Family;
 use super::frames::{frame_finding, put_right};
@@ -294,6 +295,7 @@ fn name_causes(
     findings_of_inertia((capture, segmented, model), pushes.is_some(), &loads, findings);
     let told = told_by_one_number(capture, segmented, model, findings);
     findings.extend(told);
+    without_what_follows(findings);
     if let Some(lag) = lag {
         findings.push(lag.finding());
     } else {

@@ -106,7 +106,11 @@ pub fn lift(scene: &Scene, action: &Action) -> Outcome {
         let acceleration = speeding(*t).filter(|a| *h > 0.004 && a.abs() < BLOW && *t < down);
         acceleration.map_or(f64::NAN, |a| weight.dot(&up) + total * a)
     });
-    let predicted = predicted.collect();
+    let predicted: Vec<f64> = predicted.collect();
+    // What is not known of the masses.
+    let unsure = |name: &String| scene.model.twin.link(name)?.mass.as_ref()?.sd;
+    let share = along.iter().filter_map(unsure).map(|sd| sd * sd).sum::<f64>().sqrt() / total.max(1e-9);
+    let doubt = predicted.iter().map(|p| share * p.abs()).collect();
     let mut curves = vec![Curve {
         label: "force upwards".into(),
         quantity: Quantity::Force,
@@ -118,6 +122,7 @@ pub fn lift(scene: &Scene, action: &Action) -> Outcome {
     curves.extend(raised_curves(scene, action, (&height, ground), &along));
     Ok(Predicted {
         curves,
+        doubt: vec![doubt],
         paths: raised_paths(scene, action, (&height, ground), &along),
         ..Predicted::default()
     })

@@ -65,6 +65,7 @@ mod push_catalogue;
 mod push_extent;
 mod push_history;
 mod push_laws;
+mod push_loads;
 mod push_motion;
 mod push_places;
 mod push_plane;

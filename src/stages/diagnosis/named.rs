@@ -43,7 +43,23 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             gain,
         });
     }
-    stood_before(with_its_state(out), usual_force(family))
+    kept_down(stood_before(with_its_state(out), usual_force(family)))
+}
+
+/// What rubs as it gives comes back only until its spring pulls no more than its friction holds: from the second press on it meets the
+/// tool with that much force. A preload up to that is the friction's.
+fn kept_down(mut findings: Vec<Finding>) -> Vec<Finding> {
+    let value = |cause: &str, name: &str| {
+        let own = findings.iter().find(|f| f.cause == cause);
+        own.and_then(|f| f.parameters.get(name)).map(|e| e.value)
+    };
+    let rubs = value("guide-friction", "Fc").or_else(|| value("elastic-hysteresis", "A"));
+    if let (Some(rubs), Some(step)) = (rubs, value("preload", "F0"))
+        && step < rubs
+    {
+        findings.retain(|f| f.cause != "preload");
+    }
+    findings
 }
 
 /// Decades of seconds for which a body may have stood before its capture began.
@@ -67,7 +83,11 @@ fn stood_before(mut findings: Vec<Finding>, usual: f64) -> Vec<Finding> {
 /// The median of what is read along the touches, N.
 fn usual_force(family: &dyn Family) -> f64 {
     let channels = family.groups().iter().flat_map(|g| &g.channels);
-    let read: Vec<f64> = channels.filter(|c| c.kind == 0).flat_map(|c| &c.measured).map(|m| m.abs()).collect();
+    let read: Vec<f64> = channels
+        .filter(|c| c.kind == 0)
+        .flat_map(|c| &c.measured)
+        .map(|m| m.abs())
+        .collect();
     median(&read).unwrap_or(0.0)
 }
 
@@ -178,7 +198,11 @@ fn priors(law: &Law) -> BTreeMap<String, Prior> {
     let one = |p: &Parameter| {
         let stated = |v: f64| if p.log { v.exp() } else { v };
         Prior {
-            family: if p.log { PriorFamily::LogNormal } else { PriorFamily::Normal },
+            family: if p.log {
+                PriorFamily::LogNormal
+            } else {
+                PriorFamily::Normal
+            },
             centre: stated(p.centre),
             sd: p.sd,
             bounds: [stated(p.low), stated(p.high)],

@@ -253,20 +253,25 @@ fn tilt(scene: &Scene) -> Outcome {
         .get(target)
         .ok_or("the target is not tracked")?;
     let turned = super::slope::slope(scene, track).ok_or("the support's path is missing")?;
-    let onset_free = (-20..=20).map(|k| holds.value + 0.005 * f64::from(k));
     let gravity = scene.capture.gravity.norm();
-    let best = onset_free.map(|mu| {
-        let out = predict_tilt(&track.time, &turned.angle, mu, slides.value, gravity);
-        let error: f64 = out
-            .slid
-            .iter()
-            .zip(&turned.slid)
-            .map(|(p, m)| (p - m).powi(2))
-            .filter(|e| e.is_finite())
-            .sum();
-        (error, out.slid)
-    });
-    let (_, predicted) = best.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or("nothing slid")?;
+    let foretold = |kinetic: f64| {
+        let onset_free = (-20..=20).map(|k| holds.value + 0.005 * f64::from(k));
+        let best = onset_free.map(|mu| {
+            let out = predict_tilt(&track.time, &turned.angle, mu, kinetic, gravity);
+            let error: f64 = out
+                .slid
+                .iter()
+                .zip(&turned.slid)
+                .map(|(p, m)| (p - m).powi(2))
+                .filter(|e| e.is_finite())
+                .sum();
+            (error, out.slid)
+        });
+        Some(best.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
+    };
+    let predicted = foretold(slides.value).ok_or("nothing slid")?;
+    let other = foretold(slides.value + slides.sd.unwrap_or(0.0)).ok_or("nothing slid")?;
+    let doubt = predicted.iter().zip(&other).map(|(p, o)| (p - o).abs()).collect();
     let curve = Curve {
         label: format!("{target}: down the slope"),
         quantity: Quantity::Position,
@@ -275,8 +280,11 @@ fn tilt(scene: &Scene) -> Outcome {
         predicted,
         noise: scene.position_noise(),
     };
-    curves_alone(
-        vec![curve],
-        Some("the moment at which it lets go is fitted anew for each tilt"),
-    )
+    Ok(Predicted {
+        doubt: vec![doubt],
+        ..curves_alone(
+            vec![curve],
+            Some("the moment at which it lets go is fitted anew for each tilt"),
+        )?
+    })
 }

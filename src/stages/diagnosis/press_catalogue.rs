@@ -51,8 +51,32 @@ pub fn press_laws(presses: &Presses) -> Vec<Law> {
     laws.extend(history_laws(presses.deepest.max(1e-5)));
     laws.extend(guide_laws());
     laws.extend(memory_laws(presses.deepest.max(1e-5)));
+    laws.extend(of_one(presses, &laws));
     laws.extend(sensor_laws(presses));
     laws
+}
+
+/// Fewest presses of one of several things that a law may be of alone.
+const PRESSES: usize = 3;
+
+/// Laws of one thing alone, where several were pressed: what one of them does a reference beside it does not.
+fn of_one(presses: &Presses, laws: &[Law]) -> Vec<Law> {
+    if presses.names.len() < 2 {
+        return Vec::new();
+    }
+    let pressed = |body: usize| {
+        let own = presses.bodies.iter().zip(&presses.sheet.groups);
+        own.filter(|(b, g)| **b == body && !g.held_out).count()
+    };
+    let several = (0..presses.names.len()).filter(|body| pressed(*body) >= PRESSES);
+    let of = |body: usize| {
+        let place = &presses.names[body];
+        laws.iter().cloned().map(move |law| Law {
+            place: place.clone(),
+            ..law
+        })
+    };
+    several.flat_map(of).collect()
 }
 
 fn plain(cause: &'static str, form: usize, amplitude: Parameter, words: &'static str) -> Law {

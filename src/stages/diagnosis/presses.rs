@@ -335,6 +335,10 @@ impl Family for Presses {
         let level = base[body] + base[bodies + self.spots[group]] + scatter[2];
         let stiffness = self.stiffness[body] * level.exp();
         let past = self.past(group, active);
+        // Laws of another thing do nothing here.
+        let another = |a: &&Active| self.names.iter().any(|n| *n == a.law.place && *n != self.names[body]);
+        let active: Vec<Active> = active.iter().filter(|a| !another(a)).cloned().collect();
+        let active = active.as_slice();
         let mut memory = Memory::new(stiffness, self.deepest, past);
         let [delay, step] = [base[base.len() - 2], base[base.len() - 1]];
         // What is read late tells the surface late.

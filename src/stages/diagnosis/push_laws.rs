@@ -33,6 +33,8 @@ pub mod form {
     pub const HIDDEN_BODY: usize = 23;
     pub const LOOSE_MASS: usize = 24;
     pub const TETHER_SLACK: usize = 25;
+    pub const TETHER_ROUND: usize = 37;
+    pub const TETHER_CAUGHT: usize = 38;
     pub const HIDDEN_BODY_ANEW: usize = 26;
     pub const AGEING_RENEWED: usize = 27;
     pub const LOAD_POWER: usize = 28;
@@ -189,6 +191,22 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
             way * (v[0] * TAUT * if beyond > 30.0 { beyond } else { beyond.exp().ln_1p() })
         }
         form::TETHER => (s.at - Vector2::new(v[1], v[2])) * v[0],
+        // Slack within a circle: taut from there on, or caught there with all that it was stretched.
+        form::TETHER_ROUND | form::TETHER_CAUGHT => {
+            let away = s.at - Vector2::new(v[1], v[2]);
+            let far = away.norm().max(1e-9);
+            let beyond = ((far - v[3]) / TAUT).clamp(-30.0, 30.0);
+            if active.law.form == form::TETHER_ROUND {
+                let stretched = if beyond < 30.0 {
+                    TAUT * beyond.exp().ln_1p()
+                } else {
+                    far - v[3]
+                };
+                away * (v[0] * stretched / far)
+            } else {
+                away * (v[0] / (1.0 + (-beyond).exp()))
+            }
+        }
         _ => Vector2::zeros(),
     };
 }

@@ -162,10 +162,30 @@ pub(super) fn far_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "gravity does not point where the capture says",
         ),
         slack(pushes, middle, sd),
+        loose(middle, sd, form::TETHER_ROUND),
+        loose(middle, sd, form::TETHER_CAUGHT),
     ]
     .into_iter()
     .chain(in_the_way(pushes, middle, sd, scale))
     .collect()
+}
+
+/// A tether that is slack within a circle about where it is tied.
+fn loose(middle: Vector2<f64>, sd: f64, form: usize) -> Law {
+    let length = Parameter {
+        low: 0.0,
+        high: 0.3,
+        ..Parameter::place("L", 0.03, 0.02)
+    };
+    law(
+        "tether",
+        "support",
+        form,
+        vec![Parameter::positive("k", "N/m", 20.0)],
+        places(middle, sd).into_iter().chain([length]).collect(),
+        [0.015, 0.03, 0.05].map(|l| vec![middle.x, middle.y, l]).to_vec(),
+        "beyond some way from one place something pulls the body back",
+    )
 }
 
 /// A tether that is slack at first: beyond a line it pulls back, as one whose far end is far away does.

@@ -7,10 +7,12 @@ use super::blows::Blow;
 use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_history::History;
+use super::push_loads::{borne, foretold_load, lade};
 use super::push_motion::{Motion, approach, going, going_on, impact, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
 use super::push_windows::windows;
-use super::rubbing::rubbing;
+use super::rubbing::{Rubbing, rubbing};
+use super::slide_touches::flies;
 use crate::capture::Interaction;
 use crate::math::median;
 use crate::physics::Hold;
@@ -41,8 +43,6 @@ const EXCUSED: f64 = 1.5;
 pub const RINGING: f64 = 0.1;
 /// Share of a ringing that is none of one rate and decay.
 const UNEVEN: f64 = 0.25;
-/// Loads over the weight that are believed.
-const LOADS: [f64; 2] = [0.2, 20.0];
 /// Mean resultant length of doubled headings from which on all go along one line: half of them may be 20 degrees off the others.
 const ONE_LINE: f64 = 0.94;
 /// Everything that a law may depend on at one moment.
@@ -96,7 +96,7 @@ pub struct Observed {
     /// Normal load, N, and whether it was weighed.
     pub load: f64,
     pub weighed: bool,
-    /// A hand held it, which may press down or take weight off as it likes.
+    /// A hand held it, which may press down or take weight off as it likes, or something known lay on it.
     pub held: bool,
     pub noise: f64,
     pub largest: f64,
@@ -120,7 +120,7 @@ impl Observed {
         if interaction.tracks.get(&link.name).is_some_and(|t| tumbles(t, &normal)) {
             return None;
         }
-        let (whose, load) = rubbing(scene, link, action.gravity)?;
+        let Rubbing { whose, load, laden } = rubbing(scene, link, action.gravity)?;
         let direction = travel_direction(&action)?;
         let (_, found) = replay_push(model, interaction, scene.segmented, &action, 0.0, 3)?;
         let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&plane[0]), v.dot(&plane[1]));
@@ -167,9 +167,10 @@ impl Observed {
             let since = s.time + zero - onset;
             s.ringing = rings.map_or(blow.size * (-since / RINGING).exp(), |r| UNEVEN * r.envelope(since));
             s.phases = rings.map_or([0.0; 2], |r| r.phases(since, BIN));
-            s.inertia *= mass;
+            s.inertia *= mass * laden;
         }
         borne(&mut states, scene, &normal, load);
+        lade(&mut states, mass, laden, foretold_load(scene, link, &found.carried));
         let weighed = link.mass.as_ref().is_some_and(|m| m.is_told());
         let (states, measured, spread) = windows(&states, &measured, &along, noise?);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
@@ -178,7 +179,7 @@ impl Observed {
             body: whose,
             load,
             weighed,
-            held: action.tool.hold != Hold::Push,
+            held: action.tool.hold != Hold::Push || laden > 1.0,
             noise: noise?,
             largest,
             along,
@@ -220,17 +221,6 @@ fn ringing(
     Ringing::of(&time, &force, within, swings)
 }
 
-/// Makes of the force along the normal what the table bears over the `weight`, N, of what is moved.
-fn borne(states: &mut [State], scene: &Scene, normal: &Vector3<f64>, weight: f64) {
-    let tare = scene
-        .segmented
-        .and_then(|s| s.force_tare)
-        .map_or(0.0, |t| t.dot(normal));
-    for s in states {
-        s.loaded = (1.0 - (s.loaded - tare) / weight).clamp(LOADS[0], LOADS[1]);
-    }
-}
-
 /// Whether all went to and fro along one line, of the room or of the body itself.
 pub fn along_one_line<'a>(states: impl Iterator<Item = &'a State>, of_body: bool) -> bool {
     let axis = |s: &State| {
@@ -253,6 +243,24 @@ pub fn excuse_blows(seen: &mut [Observed]) {
     for push in seen {
         let share = (EXCUSED * usual * push.blow.speed / push.blow.size.max(1e-9)).min(1.0);
         push.states.iter_mut().for_each(|s| s.ringing *= share);
+    }
+}
+
+/// What turns is resisted less along its way, and how much less hangs on how its weight is spread: beyond what all pushes share the
+/// plain model leaves open this share of it.
+const TURNS: f64 = 0.1;
+
+/// Doubts the forces of what turns.
+pub fn doubt_turns(seen: &mut [Observed]) {
+    let largest = |body: &str| {
+        let own = seen.iter().filter(|o| o.body == body).flat_map(|o| &o.states);
+        own.map(|s| s.force.norm()).fold(0.0, f64::max)
+    };
+    let even: Vec<f64> = seen.iter().map(|o| largest(&o.body)).collect();
+    for (push, even) in seen.iter_mut().zip(even) {
+        for (state, spread) in push.states.iter().zip(&mut push.spread).filter(|(s, _)| s.contact) {
+            *spread = spread.hypot(TURNS * (even - state.force.norm()));
+        }
     }
 }
 
@@ -295,7 +303,8 @@ fn moments(
         // Where the force came up before the plain model has the tool there, it foretells none.
         let foretold = moment.force.norm() > 0.0;
         let steady = moment.speed > STEADY * usual || sets_out;
-        let contact = within && foretold && slip > SETTLED && steady && pushes(*t, moment.speed);
+        let touches = !flies(f.norm(), moment.force.norm(), moment.speed);
+        let contact = within && foretold && touches && slip > SETTLED && steady && pushes(*t, moment.speed);
         let rest = !past.strained && (*t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6);
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;

@@ -24,6 +24,17 @@ fn window(s: &State, i: usize) -> usize {
     1000 + fine + coarse
 }
 
+/// Where the window that begins at `from` ends: what goes back the way that it came does so in another one, since the mean of a
+/// force that turned round is none.
+fn end(states: &[State], from: usize) -> usize {
+    let (first, key) = (&states[from], window(&states[from], from));
+    let goes_on = |i: usize| {
+        let s = &states[i];
+        window(s, i) == key && (!s.contact || s.heading.dot(&first.heading) >= 0.0)
+    };
+    (from..states.len()).find(|i| !goes_on(*i)).unwrap_or(states.len())
+}
+
 /// Windows from which on, with so many readings each, a push tells how its readings go together.
 const TELL: (u32, f64) = (3, 8.0);
 /// By how much more, squared, the mean of readings scatters that ring together than that of free ones. Readings alternate where it
@@ -39,10 +50,7 @@ fn correlated(states: &[State], measured: &[Vector2<f64>]) -> f64 {
     let (mut apart, mut free, mut count) = (0.0, 0.0, 0_u32);
     let mut from = 0;
     while from < states.len() {
-        let key = window(&states[from], from);
-        let to = (from..states.len())
-            .find(|i| window(&states[*i], *i) != key)
-            .unwrap_or(states.len());
+        let to = end(states, from);
         let sizes: Vec<f64> = measured[from..to].iter().map(|m| m.norm()).collect();
         let n = sizes.len() as f64;
         let settled = states[from].contact && states[from].slip > EDGES[EDGES.len() - 1];
@@ -74,10 +82,7 @@ pub(super) fn windows(
     let correlated = correlated(states, measured);
     let mut from = 0;
     while from < states.len() {
-        let key = window(&states[from], from);
-        let to = (from..states.len())
-            .find(|i| window(&states[*i], *i) != key)
-            .unwrap_or(states.len());
+        let to = end(states, from);
         let n = (to - from) as f64;
         let mean = |of: &dyn Fn(&State) -> f64| states[from..to].iter().map(of).sum::<f64>() / n;
         let force = measured[from..to].iter().sum::<Vector2<f64>>() / n;

@@ -15,7 +15,7 @@ use super::push_history::History;
 use super::push_laws;
 use super::push_motion::paces;
 use super::push_plane::{lean_of, origin_of, plane_of};
-use super::push_states::{Observed, State, along_one_line, excuse_blows};
+use super::push_states::{Observed, State, along_one_line, doubt_turns, excuse_blows};
 use super::push_touches::Ready;
 use super::push_windows::{USUAL, WIDTH, besides, covariates, only_shown};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
@@ -100,6 +100,7 @@ impl Pushes {
             all.extend(seen);
         }
         excuse_blows(&mut all);
+        doubt_turns(&mut all);
         let noise: Vec<f64> = all.iter().map(|s| s.noise).collect();
         for seen in all {
             let index = names.iter().position(|n| *n == seen.body).unwrap_or_else(|| {

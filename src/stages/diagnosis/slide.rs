@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::doubt::{add_evenly, add_squares, in_doubt};
 use super::predict::{Outcome, Scene};
 use super::rubbing::shoved_along;
-use super::slide_touches::{PULLED, SETTLE, Touches};
+use super::slide_touches::{PULLED, SETTLE, Touches, flies};
 use super::trace::Predicted;
 use super::{Curve, Path, Quantity};
 use crate::base::{Estimate, Pose};
@@ -45,6 +45,13 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
         for (quantity, far) in thrown_ahead(scene, action, &found) {
             add_evenly(&mut squares, &curves, quantity, far);
         }
+    } else {
+        doubt_haste(
+            &mut squares,
+            &curves,
+            &found,
+            &inertial(scene, action, &found, &direction),
+        );
     }
     let doubt = squares.iter().map(|c| c.iter().map(|x| x.sqrt()).collect()).collect();
     let met = (action.tool.hold == Hold::Push).then(|| {
@@ -66,6 +73,25 @@ pub fn slide_curves(scene: &Scene, action: &Action) -> Outcome {
         remark,
         paths: found.prediction.poses.into_iter().map(path).collect(),
     })
+}
+
+/// Share that is open of the force that speeds a held thing up: when exactly a hand does so is known less well than how far it went.
+const HASTE: f64 = 0.5;
+
+/// Adds what haste leaves open of the force of a hand, in squares.
+fn doubt_haste(squares: &mut Vec<Vec<f64>>, curves: &[Curve], found: &PushPrediction, inertial: &[f64]) {
+    squares.resize_with(curves.len(), Vec::new);
+    for (own, curve) in squares
+        .iter_mut()
+        .zip(curves)
+        .filter(|(_, c)| c.quantity == Quantity::Force)
+    {
+        own.resize(curve.time.len(), 0.0);
+        for (square, t) in own.iter_mut().zip(&curve.time) {
+            let more = interpolate(&found.prediction.time, inertial, *t).unwrap_or(0.0);
+            *square += (HASTE * more).powi(2);
+        }
+    }
 }
 
 /// Whether a joint holds it to something that nobody saw or tracked: it does not stand on the support.
@@ -211,10 +237,15 @@ fn force_curve(scene: &Scene, action: &Action, found: &PushPrediction, direction
         let struck = time.iter().zip(&mut predicted).filter(|(t, _)| blow(t));
         struck.for_each(|(_, p)| *p = f64::NAN);
     }
+    let measured: Vec<f64> = force.iter().map(|f| f.dot(direction)).collect();
+    // What a blow sends ahead of its tool is not touched, whatever a slow push would do.
+    let apart = |(m, p): &(&f64, &mut f64)| !held && flies(m.abs(), p.abs(), touches.fastest());
+    let alone = measured.iter().zip(&mut predicted).filter(apart);
+    alone.for_each(|(_, p)| *p = f64::NAN);
     Some(Curve {
         label: "force along the motion".into(),
         quantity: Quantity::Force,
-        measured: force.iter().map(|f| f.dot(direction)).collect(),
+        measured,
         predicted,
         time,
         noise,

@@ -108,6 +108,15 @@ impl Way {
     }
 }
 
+/// Speed from which on what a tool meets may fly ahead of it, m/s, and the share of the foretold force below which it does.
+const FAST: f64 = 0.1;
+const UNTOUCHED: f64 = 0.1;
+
+/// Whether what goes so fast (m/s) has left the tool that it was struck by behind: a force (N) that is foretold does not act on it.
+pub fn flies(measured: f64, foretold: f64, speed: f64) -> bool {
+    speed > FAST && measured < UNTOUCHED * foretold
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;

@@ -266,6 +266,9 @@ fn read_one(
 /// Standard deviations of a mean force of at most so many rows from which on a pull was felt at all.
 const FELT: (f64, f64) = (5.0, 100.0);
 
+/// Parts of a slide of which one has to show it.
+const PARTS: usize = 4;
+
 /// Whether the force of a pull, which holds on all the way, shows while what it pulls moves.
 fn felt(interaction: &Interaction, cut: &Segmented) -> bool {
     let (Some(stream), Some(noise)) = (&interaction.force, cut.force_noise) else {
@@ -273,10 +276,13 @@ fn felt(interaction: &Interaction, cut: &Segmented) -> bool {
     };
     let tare = tare_of(interaction, cut);
     let mut slides = cut.of(PhaseKind::Slide).peekable();
-    let shows = |p: &Phase| {
-        let mean = mean_wrench(stream, p.start, p.end, &tare);
+    // A way out and back would leave nothing of the mean over all of it.
+    let part = |p: &Phase, k: usize| {
+        let at = |k: usize| p.start + k as f64 / PARTS as f64 * (p.end - p.start);
+        let mean = mean_wrench(stream, at(k), at(k + 1), &tare);
         mean.is_none_or(|w| w.force.norm() > FELT.0 * noise / (w.rows as f64).min(FELT.1).sqrt())
     };
+    let shows = |p: &Phase| (0..PARTS).any(|k| part(p, k));
     slides.peek().is_none() || slides.any(shows)
 }
 

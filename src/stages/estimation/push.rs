@@ -162,6 +162,9 @@ pub(super) fn read_push_on(
     } else {
         steadiness(interaction, segmented, plane, start, end).1
     };
+    if !bridged {
+        blocks.truncate(one_way(&blocks));
+    }
     let path: Vector2<f64> = blocks.iter().map(|b| b.velocity).sum();
     (blocks.len() >= 2 && path.norm() > 0.0).then(|| Push {
         interaction: interaction.name.clone(),
@@ -172,6 +175,22 @@ pub(super) fn read_push_on(
         tare_sd: tare_sd(stream, segmented),
         breakaway: breakaway(interaction, segmented, plane, track),
     })
+}
+
+/// Share of the largest speed below which what moved before has stopped, or turned back.
+const STOPPED: f64 = 0.03;
+
+/// How many blocks from the first on go one way: a hand that holds may stop and come back within one slide.
+fn one_way(blocks: &[Block]) -> usize {
+    let fastest = blocks.iter().map(|b| b.velocity.norm()).fold(0.0, f64::max);
+    let Some(first) = blocks.iter().position(|b| b.velocity.norm() > 0.5 * fastest) else {
+        return blocks.len();
+    };
+    let way = blocks[first].velocity.normalize();
+    let mut later = first..blocks.len();
+    later
+        .find(|i| blocks[*i].velocity.dot(&way) < STOPPED * fastest)
+        .unwrap_or(blocks.len())
 }
 
 /// Doubt of the mean of what the sensor read before contact, N.

@@ -29,6 +29,7 @@ pub fn tell_preloads(capture: &Capture, all: &mut [Segmented]) {
         .zip(all.iter())
         .filter_map(|(i, s)| free_reading(i, s))
         .collect();
+    let common = Common::of(capture, all).filter(|_| free.is_empty());
     for (interaction, own) in capture.interactions.iter().zip(all) {
         let holds = matches!(interaction.kind, Kind::Lift | Kind::Pull)
             && interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin);
@@ -40,16 +41,71 @@ pub fn tell_preloads(capture: &Capture, all: &mut [Segmented]) {
         }
         let Some((unloaded, scatter)) = at(&free, time, rotation(interaction), noise) else {
             // It is the one or the other.
-            if interaction.kind == Kind::Lift && tare.norm() > PLAIN * noise {
+            if let Some(common) = common.as_ref().filter(|_| interaction.kind == Kind::Pull) {
+                let unloaded = common.at(time);
+                own.preload = Some(tare - unloaded);
+                own.force_tare = Some(unloaded);
+                own.tare_doubt = common.doubt;
+            } else if interaction.kind == Kind::Lift && tare.norm() > PLAIN * noise {
                 own.force_tare = Some(0.5 * tare);
                 own.tare_doubt = 0.5 * tare.norm();
             }
             continue;
         };
-        if (tare - unloaded).norm() > (FELT * noise).max(DIFFERS * scatter) {
+        // What turns with the tool differs level with the table and is the same along the vertical.
+        let felt = |k: usize| (tare[k] - unloaded[k]).abs() > (FELT * noise).max(DIFFERS * scatter[k]);
+        let unloaded = Vector3::from_fn(|k, _| if felt(k) { unloaded[k] } else { tare[k] });
+        if unloaded != tare {
             own.preload = Some(tare - unloaded);
             own.force_tare = Some(unloaded);
         }
+    }
+}
+
+/// Fewest pulls that tell what hands read without a load, where no tool was free.
+const PULLS: usize = 4;
+
+/// What a sensor reads without a load, of hands that hold whenever a recording begins: their readings there differ as what they strain at
+/// does, and what they have in common is the sensor's, a line of time.
+struct Common {
+    middle: f64,
+    level: Vector3<f64>,
+    slope: Vector3<f64>,
+    /// Standard deviation, N.
+    doubt: f64,
+}
+
+impl Common {
+    /// Nothing where they do not differ: then they may well be the sensor's.
+    fn of(capture: &Capture, all: &[Segmented]) -> Option<Self> {
+        let held = capture.interactions.iter().zip(all).filter_map(|(i, own)| {
+            let holds = i.kind == Kind::Pull && i.tool.as_ref().is_some_and(|t| t.grip || t.pin);
+            holds.then_some((begin(i)?, own.force_tare?, own.force_noise?))
+        });
+        let held: Vec<(f64, Vector3<f64>, f64)> = held.collect();
+        // A bias of a sensor that is turned differs, too.
+        let turns: Vec<UnitQuaternion<f64>> = capture.interactions.iter().filter_map(rotation).collect();
+        if turns.iter().any(|t| t.angle_to(&turns[0]) > KEEPS) {
+            return None;
+        }
+        let noise = median(&held.iter().map(|h| h.2).collect::<Vec<f64>>())?;
+        let n = held.len() as f64;
+        let middle = held.iter().map(|h| h.0).sum::<f64>() / n;
+        let level = held.iter().map(|h| h.1).sum::<Vector3<f64>>() / n;
+        let spread = held.iter().map(|h| (h.0 - middle).powi(2)).sum::<f64>();
+        let slope = held.iter().map(|h| h.1 * (h.0 - middle)).sum::<Vector3<f64>>() / spread.max(1e-12);
+        let off = held.iter().map(|h| (h.1 - level - slope * (h.0 - middle)).norm());
+        let scatter = (off.map(|o| o * o).sum::<f64>() / (n - 2.0).max(1.0)).sqrt();
+        (held.len() >= PULLS && scatter > PLAIN * noise).then_some(Self {
+            middle,
+            level,
+            slope,
+            doubt: scatter / n.sqrt(),
+        })
+    }
+
+    fn at(&self, time: f64) -> Vector3<f64> {
+        self.level + self.slope * (time - self.middle)
     }
 }
 
@@ -77,9 +133,14 @@ fn free_reading(interaction: &Interaction, own: &Segmented) -> Option<Free> {
     })
 }
 
-/// The tare at `time`, N, and how much it changes from one free tool to the next, N: where there is but one, as much as the noise of a
+/// The tare at `time`, N, and how much each of its components changes from one free tool to the next, N: where there is but one, as much as the noise of a
 /// single reading. Nothing where there is none.
-fn at(free: &[Free], time: f64, rotation: Option<UnitQuaternion<f64>>, noise: f64) -> Option<(Vector3<f64>, f64)> {
+fn at(
+    free: &[Free],
+    time: f64,
+    rotation: Option<UnitQuaternion<f64>>,
+    noise: f64,
+) -> Option<(Vector3<f64>, Vector3<f64>)> {
     let alike = |f: &&Free| match (f.rotation, rotation) {
         (Some(a), Some(b)) => a.angle_to(&b) < KEEPS,
         _ => true,
@@ -90,8 +151,8 @@ fn at(free: &[Free], time: f64, rotation: Option<UnitQuaternion<f64>>, noise: f6
         alike = free.iter().collect();
     }
     alike.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let steps: Vec<f64> = alike.windows(2).map(|w| (w[1].tare - w[0].tare).norm()).collect();
-    let scatter = median(&steps).unwrap_or(noise);
+    let steps = |k: usize| -> Vec<f64> { alike.windows(2).map(|w| (w[1].tare[k] - w[0].tare[k]).abs()).collect() };
+    let scatter = Vector3::from_fn(|k, _| median(&steps(k)).unwrap_or(noise));
     let next = alike.partition_point(|f| f.time < time);
     let tare = match (next.checked_sub(1).map(|k| alike[k]), alike.get(next)) {
         (Some(a), Some(b)) => a.tare.lerp(&b.tare, (time - a.time) / (b.time - a.time).max(1e-9)),
@@ -117,14 +178,14 @@ mod tests {
     fn a_tare_that_drifts_is_read_between_its_neighbours() {
         let free = [free(0.0, 0.0), free(10.0, 0.1), free(20.0, 0.2)];
         let (tare, scatter) = at(&free, 15.0, None, 0.01).expect("three");
-        assert!((tare.z - 0.15).abs() < 1e-12 && (scatter - 0.1).abs() < 1e-12);
+        assert!((tare.z - 0.15).abs() < 1e-12 && (scatter.z - 0.1).abs() < 1e-12);
         assert!((at(&free, 30.0, None, 0.01).expect("three").0.z - 0.2).abs() < 1e-12);
     }
 
     #[test]
     fn one_free_reading_is_known_as_well_as_its_noise() {
         let (tare, scatter) = at(&[free(0.0, 0.3)], 1.0, None, 0.02).expect("one");
-        assert!((tare.z - 0.3).abs() < 1e-12 && (scatter - 0.02).abs() < 1e-12);
+        assert!((tare.z - 0.3).abs() < 1e-12 && (scatter.z - 0.02).abs() < 1e-12);
         assert!(at(&[], 1.0, None, 0.02).is_none());
     }
 }

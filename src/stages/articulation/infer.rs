@@ -178,7 +178,8 @@ fn judge(
     }
     let proof = coupling(capture, &pair, &selection, &placement);
     let proven = declared || proof.proven();
-    if !beside && !(proven && kind == JointKind::Revolute) {
+    let hinged = proven && kind == JointKind::Revolute;
+    if !beside && !hinged {
         return None;
     }
     if !proven {

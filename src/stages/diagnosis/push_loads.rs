@@ -27,8 +27,8 @@ pub fn foretold_load(scene: &Scene, link: &Link, carried: &[String]) -> f64 {
     mass(link).map_or(1.0, |own| 1.0 + more.sum::<f64>() / own)
 }
 
-/// Makes the states of a body of `mass` (kg) with something known lying on it those of a body that is pressed down so much, of which the plain model foretold
-/// the force at a load of `foretold`.
+/// Makes the states of a body of `mass` (kg) with something known lying on it those of one that is pressed down so much, of which the
+/// plain model foretold the force at a load of `foretold`.
 pub fn lade(states: &mut [State], mass: f64, laden: f64, foretold: f64) {
     if laden > 1.0 {
         set_out(states, mass * laden);

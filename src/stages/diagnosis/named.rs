@@ -271,3 +271,34 @@ fn evidence(family: &dyn Family, taken: &Taken) -> Evidence {
         words: law.words.into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::diagnosis::told::{Told, gain};
+
+    fn found(cause: &str, name: &str, value: f64) -> Finding {
+        let told = Told {
+            cause,
+            place: "support",
+            probability: 0.97,
+            rivals: &[],
+            parameter: (name, Estimate::measured(value, 0.1 * value, "N", Vec::new(), "test")),
+            residual: "force",
+            statistic: 9.0,
+            words: String::new(),
+            gain: gain("force", "N", [1.0, 0.1], Vec::new()),
+        };
+        told.finding()
+    }
+
+    #[test]
+    fn what_ageing_or_a_guide_explains_is_not_named_twice() {
+        // A tenth of 5 N for each of six decades: up to 3 N may be a long stand.
+        let aged = |bond: f64| vec![found("static-ageing", "beta", 0.1), found("breakaway-bond", "Fg", bond)];
+        assert_eq!([2.0, 6.0].map(|bond| stood_before(aged(bond), 5.0).len()), [1, 2]);
+        let guided = |step: f64| vec![found("guide-friction", "Fc", 0.6), found("preload", "F0", step)];
+        assert_eq!([0.3, 0.9].map(|step| kept_down(guided(step)).len()), [1, 2]);
+        assert_eq!(kept_down(vec![found("preload", "F0", 0.3)]).len(), 1);
+    }
+}

@@ -167,4 +167,10 @@ mod tests {
         let steady = [0.6, 1.0, 1.9, 1.95, 2.3, 2.55, 2.8].map(|t| touches.steady(t));
         assert_eq!(steady, [false, true, true, false, false, false, true]);
     }
+
+    #[test]
+    fn only_what_is_fast_and_hardly_felt_flies() {
+        let cases = [(0.05, 0.3), (0.05, 0.05), (0.5, 0.3)].map(|(felt, speed)| flies(felt, 1.0, speed));
+        assert_eq!(cases, [true, false, false]);
+    }
 }

@@ -82,12 +82,14 @@ impl Common {
             let holds = i.kind == Kind::Pull && i.tool.as_ref().is_some_and(|t| t.grip || t.pin);
             holds.then_some((begin(i)?, own.force_tare?, own.force_noise?))
         });
-        let held: Vec<(f64, Vector3<f64>, f64)> = held.collect();
         // A bias of a sensor that is turned differs, too.
         let turns: Vec<UnitQuaternion<f64>> = capture.interactions.iter().filter_map(rotation).collect();
-        if turns.iter().any(|t| t.angle_to(&turns[0]) > KEEPS) {
-            return None;
-        }
+        let turned = turns.iter().any(|t| t.angle_to(&turns[0]) > KEEPS);
+        Self::told_by(&held.collect::<Vec<_>>()).filter(|_| !turned)
+    }
+
+    /// By what each read, with its noise, N, and when, s.
+    fn told_by(held: &[(f64, Vector3<f64>, f64)]) -> Option<Self> {
         let noise = median(&held.iter().map(|h| h.2).collect::<Vec<f64>>())?;
         let n = held.len() as f64;
         let middle = held.iter().map(|h| h.0).sum::<f64>() / n;
@@ -187,5 +189,17 @@ mod tests {
         let (tare, scatter) = at(&[free(0.0, 0.3)], 1.0, None, 0.02).expect("one");
         assert!((tare.z - 0.3).abs() < 1e-12 && (scatter.z - 0.02).abs() < 1e-12);
         assert!(at(&[], 1.0, None, 0.02).is_none());
+    }
+
+    #[test]
+    fn hands_that_strain_differently_have_one_tare_and_a_drift_is_none() {
+        let held = |z: fn(f64) -> f64| {
+            let one = |k: u32| (f64::from(k), Vector3::z() * z(f64::from(k)), 0.01);
+            (0..8).map(one).collect::<Vec<_>>()
+        };
+        let common = Common::told_by(&held(|t| 0.1 + 0.3 * (-1f64).powi(t as i32))).expect("they differ");
+        assert!((common.at(3.5).z - 0.1).abs() < common.doubt && common.doubt < 0.2);
+        assert!(Common::told_by(&held(|t| 0.1 * t)).is_none());
+        assert!(Common::told_by(&held(|t| 0.1 * t)[..3]).is_none());
     }
 }

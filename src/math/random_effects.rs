@@ -1,6 +1,6 @@
 //! One number from repeated trials that scatter more than each one's own noise says.
 
-use super::{mixture_quantile, t_quantile};
+use super::{median, mixture_quantile, t_quantile};
 
 /// The mean over trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub struct Pooled {
     pub half95: f64,
 }
 
+/// Standard errors, in units of their median, from which on a trial says nothing of the scatter.
+const VAGUE: f64 = 6.0;
 /// How many trials the prior scatter counts for.
 const PRIOR_TRIALS: f64 = 2.0;
 
@@ -25,11 +27,15 @@ const PRIOR_TRIALS: f64 = 2.0;
 /// Moment estimator of DerSimonian and Laird (1986), interval after Hartung and Knapp (2001).
 pub fn random_effects(values: &[f64], sds: &[f64], prior_between: f64) -> Option<Pooled> {
     let trials = finite(values, sds)?;
-    let n = trials.len() as f64;
+    // A trial that tells next to nothing must not hide how the others scatter.
+    let sds: Vec<f64> = trials.iter().map(|t| t.1).collect();
+    let most = VAGUE * median(&sds)?;
+    let telling: Vec<&(f64, f64)> = trials.iter().filter(|t| t.1 <= most).collect();
+    let n = telling.len() as f64;
     // Equal weights keep one over-confident trial from carrying the first pass.
-    let plain = trials.iter().map(|(v, _)| v).sum::<f64>() / n;
-    let scatter = trials.iter().map(|(v, _)| (v - plain).powi(2)).sum::<f64>();
-    let own = trials.iter().map(|(_, s)| s * s).sum::<f64>() / n;
+    let plain = telling.iter().map(|(v, _)| v).sum::<f64>() / n;
+    let scatter = telling.iter().map(|(v, _)| (v - plain).powi(2)).sum::<f64>();
+    let own = telling.iter().map(|(_, s)| s * s).sum::<f64>() / n;
     let excess = (scatter - (n - 1.0) * own).max(0.0);
     let between = ((excess + PRIOR_TRIALS * prior_between.powi(2)) / (n - 1.0 + PRIOR_TRIALS)).sqrt();
     let (mean, sd, _) = weighed(&trials, between);
@@ -167,6 +173,15 @@ mod tests {
             }
             assert!((552..=588).contains(&inside), "{n} trials: {inside} of 600");
         }
+    }
+
+    #[test]
+    fn a_vague_trial_does_not_hide_the_scatter() {
+        let sds = [0.3, 0.005, 0.007];
+        let pooled = random_effects(&[0.0, 0.21, 0.007], &sds, 0.01).expect("values");
+        assert!(pooled.sd > 0.05 && pooled.between > 0.05);
+        let alike = random_effects(&[0.0, 0.21, 0.21], &sds, 0.01).expect("values");
+        assert!(alike.sd < 0.01 && (alike.mean - 0.21).abs() < 0.005);
     }
 
     #[test]

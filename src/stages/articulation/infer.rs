@@ -141,7 +141,9 @@ fn judge(
         return None;
     }
     let placement = placement(capture, model, &pair)?;
-    let beside = declared || near(&placement, config.gap, config);
+    let touches = declared || near(&placement, config.gap, config);
+    let hangs = !touches && hangs_on(capture, model, config, &placement, &pair);
+    let beside = touches || hangs;
     if !beside && !near(&placement, config.hinge_gap, config) {
         return None;
     }
@@ -177,7 +179,7 @@ fn judge(
         return None;
     }
     let proof = coupling(capture, &pair, &selection, &placement);
-    let proven = declared || proof.proven();
+    let proven = declared || hangs || proof.proven();
     let hinged = proven && kind == JointKind::Revolute;
     if !beside && !hinged {
         return None;
@@ -268,6 +270,30 @@ fn near(placement: &Placement, most: f64, config: &Config) -> bool {
         (Some(p), Some(c)) => gap(p, c).is_some_and(|g| g < most),
         _ => (placement.parent_centre - placement.child_centre).norm() < config.origin_distance,
     }
+}
+
+/// How high over the table a thing has to be that does not stand on it, m.
+const FLOATS: f64 = 0.01;
+
+/// True where the child stands on nothing that was seen and no hand took it there, so that the parent, the one thing beside it, holds it up.
+fn hangs_on(capture: &Capture, model: &Model, config: &Config, placement: &Placement, pair: &Pair) -> bool {
+    let (Some(child), Some(table)) = (&placement.child_mesh, placement.table) else {
+        return false;
+    };
+    if pair.runs.iter().any(|run| !matches!(run.kind, Kind::Push | Kind::Pull)) {
+        return false;
+    }
+    let heights = child.vertices.iter().map(|v| v.coords.dot(&placement.up));
+    if heights.fold(f64::INFINITY, f64::min) - table < FLOATS {
+        return false;
+    }
+    let others = model.twin.links().map(|(_, l)| l.name.as_str());
+    let mut others = others.filter(|n| *n != pair.parent && *n != pair.child);
+    let near = |name: &str| {
+        let mesh = pose_of(capture, model, name).and_then(|pose| world_mesh(model, name, &pose));
+        mesh.is_none_or(|m| gap(&m, child).is_none_or(|g| g < config.hinge_gap))
+    };
+    !others.any(near)
 }
 
 /// Kinds that the table explains, or that no real joint has: gliding in the plane of the table, a hinge far

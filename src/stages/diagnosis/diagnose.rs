@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::aloft::told_aloft;
 use super::axes::of_all_axes;
 use super::blows::blow_findings;
 use super::clocks::Clocks;
@@ -296,6 +297,7 @@ fn name_causes(
     let told = told_by_one_number(capture, segmented, model, findings);
     findings.extend(told);
     without_what_follows(findings);
+    told_aloft(capture, segmented, findings);
     if let Some(lag) = lag {
         findings.push(lag.finding());
     } else {

@@ -2,6 +2,7 @@
 //! the data name for it.
 
 mod alike;
+mod aloft;
 mod asking;
 mod axes;
 mod blows;

@@ -94,45 +94,48 @@ struct Way {
     cause: &'static str,
     turns: bool,
     grows: bool,
+    /// Whether what grows did not begin with the capture.
+    began_before: bool,
     /// How common it is beside the others.
     common: f64,
 }
 
-const WAYS: [Way; 4] = [
-    Way {
-        cause: "force-bias",
-        turns: true,
-        grows: false,
-        common: 1.0,
-    },
-    Way {
-        cause: "force-bias-world",
-        turns: false,
-        grows: false,
-        common: 0.4,
-    },
-    Way {
-        cause: "force-drift",
-        turns: true,
-        grows: true,
-        common: 0.5,
-    },
-    Way {
-        cause: "force-drift",
-        turns: false,
-        grows: true,
-        common: 0.5,
-    },
+const WAYS: [Way; 6] = [
+    Way::new("force-bias", [true, false, false], 1.0),
+    Way::new("force-bias-world", [false, false, false], 0.4),
+    Way::new("force-drift", [true, true, false], 0.5),
+    Way::new("force-drift", [false, true, false], 0.5),
+    Way::new("force-drift", [true, true, true], 0.25),
+    Way::new("force-drift", [false, true, true], 0.25),
 ];
 
 impl Way {
-    fn column(&self, reading: &Reading) -> Matrix3<f64> {
+    const fn new(cause: &'static str, [turns, grows, began_before]: [bool; 3], common: f64) -> Self {
+        Self {
+            cause,
+            turns,
+            grows,
+            began_before,
+            common,
+        }
+    }
+
+    /// What each unknown does to a reading: the vector, then where it stood when the capture began.
+    fn columns(&self, reading: &Reading) -> Vec<Matrix3<f64>> {
         let turned = if self.turns {
             reading.rotation.to_rotation_matrix().into_inner()
         } else {
             Matrix3::identity()
         };
-        turned * if self.grows { reading.time } else { 1.0 }
+        let mut out = vec![turned * if self.grows { reading.time } else { 1.0 }];
+        if self.began_before {
+            out.push(turned);
+        }
+        out
+    }
+
+    fn unknowns(&self) -> usize {
+        if self.began_before { 6 } else { 3 }
     }
 }
 
@@ -142,15 +145,20 @@ struct Fitted {
     /// N, or N/s where it grows, and its covariance for noise alone.
     vector: Vector3<f64>,
     covariance: Matrix3<f64>,
+    /// Reading when the capture began, N.
+    start: Vector3<f64>,
     /// Weighted squares of what it leaves.
     left: f64,
 }
 
 impl Fitted {
     fn of(way: Way, readings: &[&Reading]) -> Option<Self> {
-        let rows = 3 * readings.len();
-        let columns: Vec<Matrix3<f64>> = readings.iter().map(|r| way.column(r)).collect();
-        let a = DMatrix::from_fn(rows, 3, |i, j| columns[i / 3][(i % 3, j)]);
+        let (rows, unknowns) = (3 * readings.len(), way.unknowns());
+        if rows <= unknowns {
+            return None;
+        }
+        let columns: Vec<Vec<Matrix3<f64>>> = readings.iter().map(|r| way.columns(r)).collect();
+        let a = DMatrix::from_fn(rows, unknowns, |i, j| columns[i / 3][j / 3][(i % 3, j % 3)]);
         let y = DVector::from_fn(rows, |i, _| readings[i / 3].force[i % 3]);
         let weights = DVector::from_fn(rows, |i, _| readings[i / 3].sd.powi(-2));
         let fit = weighted_linear(&a, &y, &weights)?;
@@ -158,12 +166,24 @@ impl Fitted {
             way,
             vector: Vector3::new(fit.x[0], fit.x[1], fit.x[2]),
             covariance: fit.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+            start: if way.began_before {
+                Vector3::new(fit.x[3], fit.x[4], fit.x[5])
+            } else {
+                Vector3::zeros()
+            },
             left: fit.residuals.component_mul(&fit.residuals).dot(&weights),
         })
     }
 
     fn foretold(&self, reading: &Reading) -> Vector3<f64> {
-        self.way.column(reading) * self.vector
+        let columns = self.way.columns(reading);
+        let start = columns.get(1).map_or_else(Vector3::zeros, |c| c * self.start);
+        columns[0] * self.vector + start
+    }
+
+    /// What is against it: what it leaves, and what each of its unknowns is expected to take up (Schwarz 1978).
+    fn against(&self, readings: usize) -> f64 {
+        self.left + self.way.unknowns() as f64 * (3.0 * readings as f64).ln()
     }
 
     /// Standard deviation of its size, where what is left scatters `spread` times as the noise does.
@@ -207,16 +227,23 @@ fn told(all: &[Reading], largest: f64) -> Option<Finding> {
     if fitted.len() < FEWEST {
         return None;
     }
-    let ways: Vec<Fitted> = WAYS.into_iter().filter_map(|w| Fitted::of(w, &fitted)).collect();
-    let best = ways.iter().min_by(|a, b| a.left.total_cmp(&b.left))?;
-    let variance = (best.left / (3.0 * (fitted.len() as f64 - 1.0))).max(1.0);
+    // What stood off from the first is a bias unless it clearly grows.
+    let grew = |f: &Fitted| !f.way.began_before || f.vector.norm() > CLEAR * f.sd(1.0);
+    let ways: Vec<Fitted> = WAYS
+        .into_iter()
+        .filter_map(|w| Fitted::of(w, &fitted).filter(grew))
+        .collect();
+    let against = |f: &Fitted| f.against(fitted.len());
+    let best = ways.iter().min_by(|a, b| against(a).total_cmp(&against(b)))?;
+    let free = (3 * fitted.len()).saturating_sub(best.way.unknowns()).max(1);
+    let variance = (best.left / free as f64).max(1.0);
     let plain: f64 = fitted.iter().map(|r| (r.force / r.sd).norm_squared()).sum();
     let clear = ((plain - best.left).max(0.0) / variance).sqrt();
     let size = fitted.iter().map(|r| best.foretold(r).norm()).fold(0.0, f64::max);
     if variance > CLEAN || clear < CLEAR || size < SLIGHT * largest {
         return None;
     }
-    let weight = |f: &Fitted| f.way.common * (-0.5 * (f.left - best.left) / variance / TEMPERATURE).exp();
+    let weight = |f: &Fitted| f.way.common * (-0.5 * (against(f) - against(best)) / variance / TEMPERATURE).exp();
     let whole: f64 = ways.iter().map(weight).sum();
     let odds = |cause: &str| -> f64 {
         let own = ways.iter().filter(|f| f.way.cause == cause);
@@ -227,7 +254,7 @@ fn told(all: &[Reading], largest: f64) -> Option<Finding> {
     let named = ways
         .iter()
         .filter(|f| f.way.cause == causes[0].0)
-        .min_by(|a, b| a.left.total_cmp(&b.left))?;
+        .min_by(|a, b| against(a).total_cmp(&against(b)))?;
     let rivals: Vec<(&str, f64)> = causes[1..].iter().copied().filter(|c| c.1 > NEGLIGIBLE).collect();
     let from: Vec<String> = fitted.iter().map(|r| r.name.clone()).collect();
     let (symbol, unit, does) = if named.way.grows {
@@ -304,10 +331,12 @@ mod tests {
     #[test]
     fn what_free_tools_read_tells_a_bias_from_a_drift_and_its_frame() {
         let b = Vector3::new(0.2, 0.0, 0.05);
-        let cases: [(&str, Vec<Reading>); 3] = [
+        let cases: [(&str, Vec<Reading>); 4] = [
             ("force-bias", readings(|_, r| r * b, 1.1)),
             ("force-bias-world", readings(|_, _| b, 1.1)),
             ("force-drift", readings(|t, _| b * (t / 60.0), 0.0)),
+            // It was set to nought two minutes before the first touch.
+            ("force-drift", readings(|t, _| b * (2.0 + t / 60.0), 0.0)),
         ];
         for (cause, all) in cases {
             let found = told(&all, 5.0).expect("clear");

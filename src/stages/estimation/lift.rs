@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 
 use super::evidence::{Tare, mean_wrench, motion_at, tare_of, tool_at};
+use super::facts::subject;
 use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
 use crate::math::{bayesian_linear, correlated_mean, local_quadratic, mean_rotation};
 
@@ -108,6 +109,41 @@ pub(super) fn weigh(
             &tare,
             segmented.force_noise.unwrap_or(0.0),
         ),
+    })
+}
+
+/// What a hand read while something hung on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Hung {
+    /// Mean less the tare, N, world axes.
+    pub force: Vector3<f64>,
+    /// Standard deviation of each component, N.
+    pub sd: f64,
+    /// World-from-tool.
+    pub rotation: Option<UnitQuaternion<f64>>,
+}
+
+/// What was read across and along the weight of what was lifted; nothing of a lift that began with a load and no tare.
+pub fn hung(interaction: &Interaction, segmented: &Segmented, gravity: &Vector3<f64>) -> Option<Hung> {
+    let stream = interaction.force.as_ref()?;
+    let target = subject(interaction, segmented)?;
+    let up = -gravity.try_normalize(1e-9)?;
+    let stretch = aloft(interaction, segmented, &up, target)?;
+    let tare = segmented.force_tare?;
+    let first = stream.time.partition_point(|t| *t < stretch.start);
+    let last = stream.time.partition_point(|t| *t <= stretch.end);
+    let along = |k: usize| correlated_mean(&stream.force[first..last].iter().map(|f| f[k]).collect::<Vec<_>>());
+    let means = [along(0)?, along(1)?, along(2)?];
+    let scatter = means.iter().map(|m| m.sd).fold(0.0, f64::max);
+    let path = interaction.tool_path.as_ref();
+    let path = path.filter(|p| !p.is_empty());
+    let rotation = path.and_then(|p| p.rotation[p.time.partition_point(|t| *t < stretch.start).min(p.len() - 1)]);
+    Some(Hung {
+        force: Vector3::from_fn(|k, _| means[k].mean) - tare,
+        sd: scatter
+            .hypot(segmented.force_noise.unwrap_or(0.0) / 10.0)
+            .hypot(segmented.tare_doubt),
+        rotation,
     })
 }
 

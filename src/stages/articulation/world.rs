@@ -10,7 +10,7 @@ use super::describe::{Anchor, describe};
 use super::infer::{Articulation, HELD, world_mesh};
 use super::manifold::Sample;
 use super::pair::{Pair, thinned};
-use super::select::{KINDS, Selection, select};
+use super::select::{KINDS, Selection, radius_of, select};
 use crate::base::Notices;
 use crate::capture::{
     Capture, Interaction, Kind, PoseStream, RelativePose, TrackNoise, path_of, position_noise, track_noise,
@@ -199,7 +199,7 @@ fn pulled(
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
         return silent(format!("its path is best {kind:?} ({probability:.2})").to_lowercase());
     }
-    if !hangs && runs.iter().all(|r| could_glide(capture, r)) {
+    if !hangs && !(kind == JointKind::Revolute && one_axis(&runs)) && runs.iter().all(|r| could_glide(capture, r)) {
         let way = if kind == JointKind::Prismatic {
             "a line"
         } else {
@@ -242,6 +242,36 @@ fn pulled(
         *from = runs.iter().map(|r| r.run.name.clone()).collect();
     }
     Some(joint)
+}
+
+/// Fewest pulls, their least turn, rad, the least radius, m, and how far apart their axes may be, m and as a share of it, where all turn about
+/// one upright axis.
+const ROUND: (usize, f64, f64) = (3, 0.3, 0.1);
+const ONE_AXIS: (f64, f64) = (3e-3, 0.03);
+
+/// Whether pull after pull led round the same axis far from the thing, which turned as a door does: nobody draws things along so.
+fn one_axis(runs: &[Led]) -> bool {
+    let round = |led: &Led| {
+        let fit = &led.selection.candidates[0].fit;
+        let turns: Vec<f64> = led
+            .samples
+            .iter()
+            .filter_map(|s| Some(s.rotation?.angle_to(&led.samples[0].rotation?)))
+            .collect();
+        let (radius, turn) = (radius_of(fit).0, turns.iter().copied().fold(0.0, f64::max));
+        let alike = fit.manifold.kind == JointKind::Revolute && turn > ROUND.1 && radius > ROUND.2;
+        alike.then_some((fit.manifold.point, fit.manifold.axis, radius))
+    };
+    let all: Vec<_> = runs.iter().filter_map(round).collect();
+    let Some((point, axis, radius)) = all.first() else {
+        return false;
+    };
+    let off = |other: &Vector3<f64>| {
+        let apart = other - point;
+        (apart - axis.into_inner() * axis.dot(&apart)).norm()
+    };
+    let most = ONE_AXIS.0.max(ONE_AXIS.1 * radius);
+    all.len() >= ROUND.0 && all.len() == runs.len() && all.iter().all(|a| off(&a.0) < most)
 }
 
 /// The most that one pull may say against a kind: it may be of another part than its name says.

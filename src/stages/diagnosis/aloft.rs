@@ -48,7 +48,11 @@ pub fn told_aloft(capture: &Capture, segmented: &[Segmented], findings: &mut Vec
     let Some(up) = (-capture.gravity).try_normalize(1e-9) else {
         return;
     };
-    let all = lifts(capture, segmented, &up);
+    weigh_in(&lifts(capture, segmented, &up), slopes_show(capture), findings);
+}
+
+/// The same of lifts that were read; `slopes_show` where pushes would have felt a slope.
+fn weigh_in(all: &[Across], slopes_show: bool, findings: &mut Vec<Finding>) {
     let fitted: Vec<&Across> = all.iter().filter(|a| !a.held_out).collect();
     let (Some(room), Some(tool)) = (pooled(&fitted, |_| Matrix2::identity()), pooled(&fitted, |a| a.turn)) else {
         return;
@@ -80,12 +84,12 @@ pub fn told_aloft(capture: &Capture, segmented: &[Segmented], findings: &mut Vec
     let large = best.share.norm();
     findings.retain(|f| !leans(f) || slope_of(f).is_some_and(|s| s.0.norm() > 0.5 * large));
     let turned = 0.5 * (tool.left - room.left).abs() > PARTED;
-    let odds = match (turned && tool.left < room.left, slopes_show(capture)) {
+    let odds = match (turned && tool.left < room.left, slopes_show) {
         (true, _) => [SURE, 0.0],
         (false, true) => LEANING,
         (false, false) => OPEN,
     };
-    findings.push(finding(&all, &fitted, best, odds));
+    findings.push(finding(all, &fitted, best, odds));
 }
 
 /// Whether a finding is of something that pulls things along the table.
@@ -219,4 +223,68 @@ fn finding(all: &[Across], fitted: &[&Across], best: &Pooled, odds: [f64; 2]) ->
         gain: gain("force", "N", errors, held.iter().map(|a| a.name.clone()).collect()),
     }
     .finding()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lifts of 5 N that read `share` of it across, the tool turned by 0.5 rad more each time.
+    fn lifts(share: impl Fn(&Matrix2<f64>) -> Vector2<f64>) -> Vec<Across> {
+        let one = |k: u32| {
+            let (sin, cos) = (0.5 * f64::from(k)).sin_cos();
+            let turn = Matrix2::new(cos, -sin, sin, cos);
+            Across {
+                name: format!("lift-{k}"),
+                held_out: k == 3,
+                share: share(&turn) + Vector2::x() * if k.is_multiple_of(2) { 1e-3 } else { -1e-3 },
+                sd: 7e-3,
+                weight: 5.0,
+                turn,
+            }
+        };
+        (0..4).map(one).collect()
+    }
+
+    fn slope(tx: f64) -> Finding {
+        let told = Told {
+            cause: "support-tilt",
+            place: "support",
+            probability: 0.8,
+            rivals: &[("gravity-error", 0.15), ("tether", 0.03)],
+            parameter: ("tx", Estimate::measured(tx, 1e-3, "rad", Vec::new(), "pushes")),
+            residual: "force",
+            statistic: 9.0,
+            words: "pushing one way needs more force".into(),
+            gain: gain("force", "N", [1.0, 0.1], Vec::new()),
+        };
+        let mut finding = told.finding();
+        let ty = Estimate::measured(0.0, 1e-3, "rad", Vec::new(), "pushes");
+        finding.parameters.insert("ty".into(), ty);
+        finding
+    }
+
+    fn judged(all: &[Across], mut findings: Vec<Finding>) -> Vec<Finding> {
+        weigh_in(all, true, &mut findings);
+        findings
+    }
+
+    #[test]
+    fn a_slope_that_lifts_read_is_gravitys_and_one_that_they_do_not_is_the_tables() {
+        let tilted = judged(&lifts(|_| Vector2::new(0.08, 0.0)), vec![slope(0.08)]);
+        assert_eq!((tilted.len(), tilted[0].cause.as_str()), (1, "gravity-error"));
+        assert!(tilted[0].probability > 0.94 && tilted[0].alternatives.len() == 1);
+        let level = judged(&lifts(|_| Vector2::zeros()), vec![slope(0.08)]);
+        assert_eq!((level.len(), level[0].cause.as_str()), (1, "support-tilt"));
+        assert!(level[0].probability > 0.94);
+    }
+
+    #[test]
+    fn what_lifts_alone_read_is_the_sensors_and_a_slight_slope_beside_it_is_none() {
+        let leak = Vector2::new(0.1, -0.05);
+        let found = judged(&lifts(|turn| turn * leak), vec![slope(0.012)]);
+        assert_eq!((found.len(), found[0].cause.as_str()), (1, "force-crosstalk"));
+        assert!(found[0].probability > 0.9 && found[0].gain.held_out == ["lift-3"] && found[0].gain.reduction > 0.9);
+        assert!(judged(&lifts(|_| Vector2::new(0.01, 0.0)), Vec::new()).is_empty());
+    }
 }

@@ -29,6 +29,10 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let own = odds.iter().find(|o| o.cause == law.cause);
         let own = own.map_or(1.0, |o| o.probability);
         let Some(gain) = taken.told.clone() else { continue };
+        let parameters = estimates(family, ladder, taken.law);
+        if gain.reduction < FORETELLS && may_be_nought(law, &parameters) {
+            continue;
+        }
         out.push(Finding {
             leader: None,
             priors: priors(law),
@@ -36,7 +40,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             place: law.place.clone(),
             probability: own,
             alternatives: odds.into_iter().filter(|o| o.cause != law.cause).collect(),
-            parameters: estimates(family, ladder, taken.law),
+            parameters,
             evidence: std::iter::once(evidence(family, taken))
                 .chain(profile(family, [&before, &ladder.full], taken.law))
                 .collect(),
@@ -44,6 +48,19 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         });
     }
     kept_down(stood_before(with_its_state(out), usual_force(family)))
+}
+
+/// Share of the error that a law takes away below which it foretells nothing.
+const FORETELLS: f64 = 0.2;
+
+/// Whether the interval of every amplitude holds nought: of thirteen findings of two worlds that were so and foretold nothing eleven were wrong.
+fn may_be_nought(law: &Law, parameters: &BTreeMap<String, Estimate>) -> bool {
+    let mut amplitudes = law.parameters[..law.amplitudes].iter().filter(|p| !p.log).peekable();
+    let held = |p: &Parameter| {
+        let interval = parameters.get(p.name).and_then(|e| e.ci95);
+        interval.is_some_and(|ci| ci[0] < 0.0 && 0.0 < ci[1])
+    };
+    amplitudes.peek().is_some() && amplitudes.all(held)
 }
 
 /// What rubs as it gives comes back only until its spring pulls no more than its friction holds: from the second press on it meets the

@@ -199,7 +199,8 @@ fn pulled(
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
         return silent(format!("its path is best {kind:?} ({probability:.2})").to_lowercase());
     }
-    if !hangs && !(kind == JointKind::Revolute && one_axis(&runs)) && runs.iter().all(|r| could_glide(capture, r)) {
+    let held = hangs || kind == JointKind::Revolute && one_axis(&runs);
+    if !held && runs.iter().all(|r| could_glide(capture, r)) {
         let way = if kind == JointKind::Prismatic {
             "a line"
         } else {

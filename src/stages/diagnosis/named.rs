@@ -10,7 +10,7 @@ use super::naming::{Ladder, Taken};
 use super::profile::profiled;
 use crate::base::Estimate;
 use crate::math::median;
-use crate::twin::{CauseOdds, Evidence, Finding, Prior, PriorFamily};
+use crate::twin::{CauseOdds, Evidence, Finding, Gain, Prior, PriorFamily};
 
 /// Raw Bayes factors are overconfident where no form of a law is quite right: log odds are divided by this.
 pub const TEMPERATURE: f64 = 1.5;
@@ -30,7 +30,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let own = own.map_or(1.0, |o| o.probability);
         let Some(gain) = taken.told.clone() else { continue };
         let parameters = estimates(family, ladder, taken.law);
-        if gain.reduction < FORETELLS && may_be_nought(law, &parameters) {
+        if foretells_nothing(&gain) && may_be_nought(law, &parameters) {
             continue;
         }
         out.push(Finding {
@@ -50,8 +50,15 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
     kept_down(stood_before(with_its_state(out), usual_force(family)))
 }
 
-/// Share of the error that a law takes away below which it foretells nothing.
-const FORETELLS: f64 = 0.2;
+/// Share of the error that a law takes away below which it foretells nothing, if what is left is so many times the noise, and
+/// below which it makes worse what was nearly foretold.
+const FORETELLS: (f64, f64) = (0.2, 1.5);
+const AGAINST: f64 = -0.5;
+
+fn foretells_nothing(gain: &Gain) -> bool {
+    let above = gain.noise.is_none_or(|noise| gain.rmse_after > FORETELLS.1 * noise);
+    gain.reduction < AGAINST || gain.reduction < FORETELLS.0 && above
+}
 
 /// Whether the interval of every amplitude holds nought: of thirteen findings of two worlds that were so and foretold nothing eleven were wrong.
 fn may_be_nought(law: &Law, parameters: &BTreeMap<String, Estimate>) -> bool {
@@ -307,6 +314,17 @@ mod tests {
             gain: gain("force", "N", [1.0, 0.1], Vec::new()),
         };
         told.finding()
+    }
+
+    #[test]
+    fn held_out_interactions_speak_against_a_law_where_they_could_tell() {
+        let told = |before: f64, after: f64| Gain {
+            noise: Some(0.01),
+            ..gain("force", "N", [before, after], vec!["push-1".into()])
+        };
+        assert!(foretells_nothing(&told(0.05, 0.049)) && foretells_nothing(&told(0.02, 0.04)));
+        // All that is left is noise: they could not tell.
+        assert!(!foretells_nothing(&told(0.0133, 0.0131)) && !foretells_nothing(&told(0.05, 0.03)));
     }
 
     #[test]

@@ -199,8 +199,7 @@ fn pulled(
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
         return silent(format!("its path is best {kind:?} ({probability:.2})").to_lowercase());
     }
-    let held = hangs || kind == JointKind::Revolute && one_axis(&runs);
-    if !held && runs.iter().all(|r| could_glide(capture, r)) {
+    if !hangs && !one_axis(kind, &runs) && runs.iter().all(|r| could_glide(capture, r)) {
         let way = if kind == JointKind::Prismatic {
             "a line"
         } else {
@@ -251,7 +250,7 @@ const ROUND: (usize, f64, f64) = (3, 0.3, 0.1);
 const ONE_AXIS: (f64, f64) = (3e-3, 0.03);
 
 /// Whether pull after pull led round the same axis far from the thing, which turned as a door does: nobody draws things along so.
-fn one_axis(runs: &[Led]) -> bool {
+fn one_axis(kind: JointKind, runs: &[Led]) -> bool {
     let round = |led: &Led| {
         let fit = &led.selection.candidates[0].fit;
         let turns: Vec<f64> = led
@@ -272,7 +271,8 @@ fn one_axis(runs: &[Led]) -> bool {
         (apart - axis.into_inner() * axis.dot(&apart)).norm()
     };
     let most = ONE_AXIS.0.max(ONE_AXIS.1 * radius);
-    all.len() >= ROUND.0 && all.len() == runs.len() && all.iter().all(|a| off(&a.0) < most)
+    let round = kind == JointKind::Revolute && all.len() == runs.len();
+    round && all.len() >= ROUND.0 && all.iter().all(|a| off(&a.0) < most)
 }
 
 /// The most that one pull may say against a kind: it may be of another part than its name says.

@@ -272,9 +272,6 @@ fn near(placement: &Placement, most: f64, config: &Config) -> bool {
     }
 }
 
-/// How high over the table a thing has to be that does not stand on it, m.
-const FLOATS: f64 = 0.01;
-
 /// True where the child stands on nothing that was seen and no hand took it there, so that the parent, the one thing beside it, holds it up.
 fn hangs_on(capture: &Capture, model: &Model, config: &Config, placement: &Placement, pair: &Pair) -> bool {
     let (Some(child), Some(table)) = (&placement.child_mesh, placement.table) else {
@@ -284,7 +281,7 @@ fn hangs_on(capture: &Capture, model: &Model, config: &Config, placement: &Place
         return false;
     }
     let heights = child.vertices.iter().map(|v| v.coords.dot(&placement.up));
-    if heights.fold(f64::INFINITY, f64::min) - table < FLOATS {
+    if heights.fold(f64::INFINITY, f64::min) - table < world::HANGS {
         return false;
     }
     let others = model.twin.links().map(|(_, l)| l.name.as_str());

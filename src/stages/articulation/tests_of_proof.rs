@@ -6,9 +6,10 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use super::infer::Unproven;
 use super::tests::{LEVELS, capture, handle, interaction, joints_of, nothing_seen, stream};
 use super::{Articulation, Config, infer};
-use crate::base::{Notices, Seed, rng_for};
+use crate::base::{Notices, Pose, Seed, rng_for};
 use crate::capture::{Capture, Interaction, Kind, Tool, ToolShape, WrenchStream};
-use crate::twin::JointKind;
+use crate::geometry::solids::cuboid;
+use crate::twin::{Body, JointKind, Link};
 
 /// Rises, stays and comes back, 0 to 1 to 0.
 fn to_and_fro(count: usize) -> Vec<f64> {
@@ -99,6 +100,53 @@ fn a_support_or_no_target_does_not_silence_a_handle() {
     let (found, notices) = all_of(&low);
     assert!(found.joints.is_empty());
     assert!(notices.0.iter().any(|n| n.message.contains("level above the support")));
+}
+
+/// Pulls of a door of which nobody tracked the post, low over the table, about an axis that lies `apart` m farther on each time.
+fn swung_alone(count: usize, apart: f64) -> bool {
+    let shares = to_and_fro(300);
+    let one = |k: usize| {
+        let at = Vector3::new(apart * k as f64, 0.0, 0.0);
+        let swung = move |s: f64| {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * (1.2 * s));
+            Isometry3::from_parts((at + turn * Vector3::new(0.22, 0.0, 0.05)).into(), turn)
+        };
+        let led = move |s: f64| swung(s).translation.vector;
+        let mut run = pull(k, ("post", "door"), &shares, &swung, &led);
+        run.tracks.remove("post");
+        run
+    };
+    let (found, _) = all_of(&capture((0..count).map(one).collect(), true));
+    found.joints.iter().any(|j| j.kind == JointKind::Revolute)
+}
+
+#[test]
+fn what_is_led_round_one_axis_three_times_is_a_door() {
+    assert!(swung_alone(3, 0.0));
+    // Twice, or about another place each time, a hand may draw what stands on the table.
+    assert!(!swung_alone(2, 0.0) && !swung_alone(3, 0.04));
+}
+
+#[test]
+fn what_hangs_in_the_air_far_from_the_one_thing_beside_it_runs_on_its_rail() {
+    let shares = to_and_fro(300);
+    let found = |height: f64| {
+        let drawn = move |s: f64| Isometry3::translation(0.3 + 0.08 * s, 0.0, height);
+        let run = |k| pull(k, ("case", "drawer"), &shares, &drawn, &|s| drawn(s).translation.vector);
+        let capture = capture((0..3).map(run).collect(), true);
+        let mut model = nothing_seen();
+        for (name, x) in [("case", 0.0), ("drawer", 0.3)] {
+            let mesh = format!("{name}.obj");
+            let mut link = Link::new(name, Pose(Isometry3::translation(x, 0.0, height)));
+            link.mesh = Some(mesh.clone());
+            model.twin.bodies.push(Body::rigid(link));
+            model.meshes.insert(mesh, cuboid([0.1, 0.1, 0.06]));
+        }
+        let mut notices = Notices::default();
+        let found = infer(&capture, &[], &model, &Config::default(), &mut notices).expect("inferred");
+        found.joints.iter().any(|j| j.kind == JointKind::Prismatic)
+    };
+    assert!(found(0.1) && !found(0.03));
 }
 
 #[test]

@@ -23,7 +23,7 @@ const LEAST_PATH: f64 = 0.01;
 /// Held points of things that stand on a table are hardly higher than this above it, m.
 const TALLEST: f64 = 0.25;
 /// What is clear of the support by more than this does not stand on it, m.
-const HANGS: f64 = 0.01;
+pub const HANGS: f64 = 0.01;
 /// Sine of the angle to the support below which a path keeps level.
 const LEVEL: f64 = 0.05;
 

@@ -76,20 +76,30 @@ fn weigh_in(all: &[Across], slopes_show: bool, findings: &mut Vec<Finding>) {
     let named = findings
         .iter()
         .any(|f| f.cause == "force-crosstalk" || f.cause == "gravity-error");
-    let best = if tool.left < room.left { &tool } else { &room };
+    let best = if tool.turns && tool.left < room.left {
+        &tool
+    } else {
+        &room
+    };
     if named || best.share.norm() < LEAST.max(CLEAR * best.sd) || best.left > FITS * fitted.len() as f64 {
         return;
     }
     // What friction takes along one way and not along the other, turned by the sensor into something else, is no slope of its own.
     let large = best.share.norm();
     findings.retain(|f| !leans(f) || slope_of(f).is_some_and(|s| s.0.norm() > 0.5 * large));
-    let turned = 0.5 * (tool.left - room.left).abs() > PARTED;
-    let odds = match (turned && tool.left < room.left, slopes_show) {
+    let turned = tool.turns && 0.5 * (room.left - tool.left) > PARTED;
+    let odds = match (turned, slopes_show) {
         (true, _) => [SURE, 0.0],
         (false, true) => LEANING,
         (false, false) => OPEN,
     };
     findings.push(finding(all, &fitted, best, odds));
+}
+
+/// Whether a lift told what is read across a weight.
+pub fn tells_across(capture: &Capture, segmented: &[Segmented]) -> bool {
+    let up = (-capture.gravity).try_normalize(1e-9);
+    up.is_some_and(|up| lifts(capture, segmented, &up).iter().any(|l| !l.held_out))
 }
 
 /// Whether a finding is of something that pulls things along the table.
@@ -215,10 +225,11 @@ fn finding(all: &[Across], fitted: &[&Across], best: &Pooled, odds: [f64; 2]) ->
         residual: "force across the weight",
         statistic: size / best.sd,
         words: format!(
-            "of what hangs free {:.1} % is read across its weight, ({:.3}, {:.3}) of it",
+            "of what hangs free {:.1} % is read across its weight: ({:.3}, {:.3}) of it in the frame of the {}",
             100.0 * size,
             best.share.x,
-            best.share.y
+            best.share.y,
+            if best.turns { "tool" } else { "world" }
         ),
         gain: gain("force", "N", errors, held.iter().map(|a| a.name.clone()).collect()),
     }
@@ -286,5 +297,11 @@ mod tests {
         assert_eq!((found.len(), found[0].cause.as_str()), (1, "force-crosstalk"));
         assert!(found[0].probability > 0.9 && found[0].gain.held_out == ["lift-3"] && found[0].gain.reduction > 0.9);
         assert!(judged(&lifts(|_| Vector2::new(0.01, 0.0)), Vec::new()).is_empty());
+        // Of a tool that was held the same way each time, whichever way that was, nobody knows the frame.
+        let mut askew = lifts(|_| leak);
+        let turn = askew[2].turn;
+        askew.iter_mut().for_each(|a| a.turn = turn);
+        let found = judged(&askew, Vec::new());
+        assert!(found[0].probability < 0.9 && found[0].gain.reduction > 0.9);
     }
 }

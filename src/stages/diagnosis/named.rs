@@ -60,7 +60,7 @@ fn foretells_nothing(gain: &Gain) -> bool {
     gain.reduction < AGAINST || gain.reduction < FORETELLS.0 && above
 }
 
-/// Whether the interval of every amplitude holds nought: of twelve findings of two worlds that were so and foretold nothing ten were wrong.
+/// Whether the interval of every amplitude holds nought: of eleven findings of two worlds that were so and foretold nothing ten were wrong.
 fn may_be_nought(law: &Law, parameters: &BTreeMap<String, Estimate>) -> bool {
     let mut amplitudes = law.parameters[..law.amplitudes].iter().filter(|p| !p.log).peekable();
     let held = |p: &Parameter| {

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use super::aloft::tells_across;
 use super::asking::Has;
 use super::contact_law::tells_its_law;
 use super::coupling::tells_coupling;
@@ -68,7 +69,7 @@ impl Scope {
         let [late, drifts] = tells_hand_delay(capture, segmented, model).map(|told| told || tells_delay(traces));
         let lags = tells_lag(&all) || joints_tell_lag(capture, segmented, model);
         let yaw = tells_yaw(capture, model);
-        let told: [(bool, &[&'static str]); 15] = [
+        let told: [(bool, &[&'static str]); 16] = [
             (reads_force(capture), &["force-saturation", "quantisation", "outliers"]),
             (late, &["time-delay"]),
             (drifts, &["clock-drift"]),
@@ -78,6 +79,7 @@ impl Scope {
                 &["force-bias", "force-bias-world", "force-drift"],
             ),
             (tells_gain(capture, segmented), &["force-gain"]),
+            (tells_across(capture, segmented), &["force-crosstalk"]),
             (tells_frame(capture, model, traces), &["length-scale", "tracking-error"]),
             (begin_slowly(&begun), &["presliding"]),
             (begun.iter().any(|(_, all)| tells_its_law(all)), &["contact-law"]),

@@ -64,8 +64,7 @@ fn weigh_in(all: &[Across], slopes_show: bool, findings: &mut Vec<Finding>) {
         let [of_gravity, of_table] = [misfit(felt), misfit(Vector2::zeros())];
         if of_table - of_gravity > PARTED && of_gravity < FITS {
             decide(slope, "gravity-error", "lifts read it, too");
-            // Its strength is a part of the same error.
-            findings.retain(|f| !of_strength(f));
+            with_its_strength(findings);
             return;
         }
         if of_gravity - of_table > PARTED && of_table < FITS {
@@ -118,6 +117,19 @@ fn of_strength(finding: &Finding) -> bool {
     let rival = finding.alternatives.iter().any(|a| a.cause == "gravity-error");
     let off = finding.parameters.get("g").is_some_and(|g| g.value.abs() < STRENGTH);
     finding.cause == "force-gain" && rival && off
+}
+
+/// A strength of gravity that lifts of stated weights found wrong is a part of the same error as its direction.
+fn with_its_strength(findings: &mut Vec<Finding>) {
+    let Some(strength) = findings.iter().position(of_strength) else {
+        return;
+    };
+    let strength = findings.remove(strength);
+    if let Some(slope) = findings.iter_mut().find(|f| leans(f)) {
+        let scale = strength.parameters.get("g").cloned();
+        slope.parameters.extend(scale.map(|g| ("scale".to_owned(), g)));
+        slope.evidence.extend(strength.evidence);
+    }
 }
 
 /// Gives a finding the name that the lifts leave it.
@@ -285,6 +297,22 @@ mod tests {
         let tilted = judged(&lifts(|_| Vector2::new(0.08, 0.0)), vec![slope(0.08)]);
         assert_eq!((tilted.len(), tilted[0].cause.as_str()), (1, "gravity-error"));
         assert!(tilted[0].probability > 0.94 && tilted[0].alternatives.len() == 1);
+        let strong = Told {
+            cause: "force-gain",
+            place: "sensor",
+            probability: 0.67,
+            rivals: &[("gravity-error", 0.3)],
+            parameter: (
+                "g",
+                Estimate::measured(0.035, 2e-3, "1", Vec::new(), "lifts of stated weights"),
+            ),
+            residual: "force",
+            statistic: 17.0,
+            words: "stated weights are read as 1.035 times what they weigh".into(),
+            gain: gain("force", "N", [0.3, 0.01], Vec::new()),
+        };
+        let both = judged(&lifts(|_| Vector2::new(0.08, 0.0)), vec![slope(0.08), strong.finding()]);
+        assert!(both.len() == 1 && both[0].parameters.contains_key("scale") && both[0].evidence.len() == 2);
         let level = judged(&lifts(|_| Vector2::zeros()), vec![slope(0.08)]);
         assert_eq!((level.len(), level[0].cause.as_str()), (1, "support-tilt"));
         assert!(level[0].probability > 0.94);

@@ -5,7 +5,7 @@ use super::imagined::Asked;
 use crate::twin::{AskedTouch, Experiment, Finding};
 
 /// Sets of causes and the experiment that parts them.
-const PARTING: [(&[&str], &str); 26] = [
+const PARTING: [(&[&str], &str); 27] = [
     (
         &["bump", "friction-patch", "magnet"],
         "push across the same place in the opposite direction, then again with a known load on top: what resists both \
@@ -89,6 +89,11 @@ const PARTING: [(&[&str], &str); 26] = [
     (
         &["force-crosstalk", "tool-friction"],
         "push a face squarely, then at 30 degrees from either side",
+    ),
+    (
+        &["force-crosstalk", "gravity-error"],
+        "lift it with the tool turned by 90 degrees about the vertical, and push it to and fro along two lines: a sensor that leaks \
+         turns with the tool, and gravity helps one way",
     ),
     (
         &["hidden-body", "friction-patch"],

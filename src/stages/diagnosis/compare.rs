@@ -252,16 +252,45 @@ pub fn hardly_felt(finding: &Finding) -> bool {
     such.contains(&finding.cause.as_str())
 }
 
+/// Whether a cause is one of how a force is read, which moves nothing.
+pub fn moves_nothing(finding: &Finding) -> bool {
+    let such = [
+        "force-bias",
+        "force-bias-world",
+        "force-gain",
+        "force-crosstalk",
+        "force-drift",
+        "force-saturation",
+        "sensor-lag",
+        "quantisation",
+    ];
+    such.contains(&finding.cause.as_str())
+}
+
 /// Whether the plain model foretells the forces.
 pub fn forces_fit(traces: &[Trace], config: &Config) -> bool {
-    let mut forces = traces.to_vec();
-    for trace in &mut forces {
-        let felt = |c: &Curve| matches!(c.quantity, Quantity::Force | Quantity::Torque);
-        let doubts = trace.curves.iter().zip(&trace.doubt).filter(|(c, _)| felt(c));
+    fits(traces, config, |q| matches!(q, Quantity::Force | Quantity::Torque))
+}
+
+/// Whether it foretells where things go, as far as anything was foretold of it.
+pub fn ways_fit(traces: &[Trace], config: &Config) -> bool {
+    let way = |q: Quantity| matches!(q, Quantity::Position | Quantity::Rotation);
+    let any = traces
+        .iter()
+        .flat_map(|t| &t.curves)
+        .any(|c| way(c.quantity) && pairs(c).next().is_some());
+    !any || fits(traces, config, way)
+}
+
+/// Whether the plain model foretells these quantities.
+fn fits(traces: &[Trace], config: &Config, of: impl Fn(Quantity) -> bool) -> bool {
+    let mut own = traces.to_vec();
+    for trace in &mut own {
+        let doubts = trace.curves.iter().zip(&trace.doubt).filter(|(c, _)| of(c.quantity));
         trace.doubt = doubts.map(|(_, d)| d.clone()).collect();
-        trace.curves.retain(felt);
+        trace.curves.retain(|c| of(c.quantity));
     }
-    verdict(&forces, config) == Verdict::Adequate
+    verdict(&own, config) == Verdict::Adequate
 }
 
 #[cfg(test)]

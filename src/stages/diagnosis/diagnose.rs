@@ -6,7 +6,7 @@ use super::aloft::told_aloft;
 use super::axes::of_all_axes;
 use super::blows::blow_findings;
 use super::clocks::Clocks;
-use super::compare::{base_fit, forces_fit, hardly_felt, verdict};
+use super::compare::{base_fit, forces_fit, hardly_felt, moves_nothing, verdict, ways_fit};
 use super::coupling::without_what_follows;
 use super::delay::{delay_finding, take_up};
 use super::family::Family;
@@ -176,6 +176,8 @@ fn verdict_of(traces: &[Trace], findings: &[Finding], (left, overruled): (bool, 
         _ if left || (overruled && findings.is_empty()) => Verdict::Unknown,
         // What bears on inertia alone is no reason for a force that is off while it slides.
         Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(traces, config) => Verdict::Unknown,
+        // Nor is what bears on the reading of forces alone for a thing that goes another way.
+        Verdict::Unknown if findings.iter().all(moves_nothing) && !ways_fit(traces, config) => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
         // What was taken out, or read, before anything was foretold does not explain what is left.
         Verdict::Unknown if findings.iter().all(|f| taken_out(f) || before_the_touch(f)) => Verdict::Unknown,

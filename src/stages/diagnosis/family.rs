@@ -228,6 +228,11 @@ pub trait Family: Sync {
         super::naming::NAMED
     }
 
+    /// Whether what is new in every interaction is the tare of a sensor, after what it read at rest was taken out.
+    fn is_tare(&self, _scatter: usize) -> bool {
+        false
+    }
+
     /// How common a law is in such a setting beside others that do as well, as a factor.
     fn commonness(&self, _law: usize) -> f64 {
         1.0

@@ -54,9 +54,7 @@ pub fn standing(family: &dyn Family, mut ladder: Ladder) -> Ladder {
         ladder.taken.retain(|t| t.told.is_some());
         let laws: Vec<usize> = ladder.taken.iter().map(|t| t.law).collect();
         ladder.full = refit(family, &ladder, &laws);
-        ladder.left = (!laws.is_empty())
-            .then(|| left_over(family, &ladder.plain, &ladder.full))
-            .flatten();
+        ladder.left = left_over(family, &ladder.plain, &ladder.full);
     }
 }
 

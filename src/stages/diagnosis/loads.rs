@@ -44,7 +44,7 @@ pub(super) struct Loads {
     /// What is missed most where named causes leave something, and what that, or an error without any name, depends on.
     pub missed: Vec<Miss>,
     pub left_against: Vec<Evidence>,
-    /// Interactions that were held out speak against what others show beyond doubt.
+    /// Interactions that were held out speak against what others show beyond doubt, or the plain model leaves what has no name.
     pub overruled: bool,
     pub effect_sizes: BTreeMap<&'static str, f64>,
     pub log_likelihood: f64,
@@ -88,6 +88,11 @@ impl Loads {
         if let (Some(last), Some(left)) = (findings.last_mut(), &ladder.left) {
             self.tests.push(left.clone());
             last.evidence.push(left.clone());
+        }
+        if let Some(left) = ladder.left.as_ref().filter(|_| ladder.taken.is_empty()) {
+            self.tests.push(left.clone());
+            self.missed.extend(missed_by(family, &ladder.full));
+            self.overruled = true;
         }
         if let Some(overruled) = &ladder.overruled {
             self.tests.push(overruled.clone());

@@ -59,7 +59,7 @@ pub struct Ladder {
     pub untestable: Vec<usize>,
     /// Every law that was fitted beside the plain model, with the objective of its fit.
     pub tried: Vec<(usize, f64)>,
-    /// What the effects that were taken up do not explain.
+    /// What the effects that were taken up do not explain; where none was, what the plain model leaves far beyond clean data.
     pub left: Option<Evidence>,
     /// What interactions that were fitted show beyond doubt, and those that were held out do not bear out: something is wrong
     /// that has no name.
@@ -231,11 +231,7 @@ impl Climb<'_> {
     }
 
     fn finish(self) -> Ladder {
-        let left = if self.taken.is_empty() {
-            None
-        } else {
-            left_over(self.family, &self.plain, &self.full)
-        };
+        let left = left_over(self.family, &self.plain, &self.full);
         Ladder {
             plain: self.plain,
             full: self.full,

@@ -241,6 +241,9 @@ fn begin(interaction: &Interaction) -> f64 {
 
 /// What is new in every push: the level of friction, the tare along and across, the direction of the contact, the
 /// change of friction with the way and with the turning, and the ringing of the blow: its size and its two phases.
+/// Which of the scatter is of tares.
+const TARES: [usize; 2] = [1, 2];
+
 fn scatter() -> Vec<Scatter> {
     let rows = [
         (0.012, 10.0, 0.002, false),
@@ -266,6 +269,10 @@ fn scatter() -> Vec<Scatter> {
 impl Family for Pushes {
     fn sheet(&self) -> &Sheet {
         &self.sheet
+    }
+
+    fn is_tare(&self, scatter: usize) -> bool {
+        TARES.contains(&scatter)
     }
 
     /// What a finger reads that moves with the way of the push has its own law; what keeps its direction in the room is of the

@@ -32,6 +32,9 @@ const LIGHTEST: f64 = 1.0 / 9.81;
 const PROOF: (usize, usize, f64) = (2, 3, 0.2);
 /// Highest speed over the lowest of pushes whose tops prove a level by being flat: like blows peak alike.
 const UNLIKE: f64 = 1.5;
+/// Least range of a direction over the largest reading in any: those of a sensor's axes differ up to threefold, what leaks into one
+/// from the others stands at a level where they do.
+const RANGE: f64 = 0.3;
 /// Readings whose mean does not exceed a level, and by how many of its standard deviations chance may lift it.
 const RUN: (usize, f64) = (16, 5.0);
 /// Readings on either side that tell whether one belongs to a stop, and share of them that do.
@@ -42,10 +45,12 @@ const MOST: f64 = 0.4;
 pub(super) fn ceiling_of(capture: &Capture) -> Option<Clipped> {
     let pushes: Vec<&Interaction> = capture.interactions.iter().filter(|i| pushed(i)).collect();
     let noise = noise_of(&pushes)?;
+    let largest = pushes.iter().flat_map(|i| Along::Size.stream(i));
+    let largest = largest.filter(|x| x.is_finite()).fold(0.0, f64::max);
     let found = Along::ALL.into_iter().filter_map(|along| {
         let streams: Vec<Vec<f64>> = pushes.iter().map(|i| along.stream(i)).collect();
         let (all, level) = level_of(&pushes, &streams, noise)?;
-        Some((all, level, along))
+        (level > RANGE * largest).then_some((all, level, along))
     });
     // The direction that is cut off stops most often: others do by its leave.
     let (_, level, along) = found.max_by_key(|(all, ..)| *all)?;

@@ -25,6 +25,7 @@ use super::play::play_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
+use super::ripples::rippled;
 use super::rolls::rolls;
 use super::sensor::{as_one, rounded_away, sensor_findings, taken_out};
 use super::sensor_lag::lag_of;
@@ -146,7 +147,8 @@ pub fn diagnose(
         base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)), config)
     };
     base.tests = [whiteness(&traces), curves.tests].concat();
-    let left = shaken(raw, segmented, (&mut findings, &mut base)) || curves.left;
+    let shakes = shaken(raw, segmented, (&mut findings, &mut base));
+    let left = rippled((raw, segmented, model), (&mut findings, &mut base)) || shakes || curves.left;
     let verdict = verdict_of(&traces, &findings, (left, curves.overruled), config);
     findings.iter_mut().for_each(leave_room);
     let (missed, left) = where_left(verdict, (curves.missed, curves.left_against), &traces, config);

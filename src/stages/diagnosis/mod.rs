@@ -76,6 +76,7 @@ mod push_touches;
 mod push_windows;
 mod pushes;
 mod revision;
+mod ripples;
 mod rolls;
 mod rubbing;
 mod scope;

@@ -38,10 +38,31 @@ const CLEAR: [(f64, f64); 2] = [(60.0, 0.75), (100.0, 0.6)];
 /// What is left of the odds of a name beside it: a law that swings with it, by chance, is soon found.
 const PART: f64 = 0.5;
 
-/// The spectrum of one touch: power by frequency, N², and the time that it spans, s.
-struct Spectrum {
-    power: Vec<f64>,
-    lasts: f64,
+/// The spectrum of one touch over time or over its way: power by frequency, N², and how much of either it spans, s or m.
+pub(super) struct Spectrum {
+    pub power: Vec<f64>,
+    pub lasts: f64,
+    grid: Grid,
+}
+
+/// Frequencies that are tried, evenly, 1/s or 1/m.
+#[derive(Clone, Copy)]
+pub(super) struct Grid {
+    pub lowest: f64,
+    pub highest: f64,
+    pub step: f64,
+}
+
+const IN_TIME: Grid = Grid {
+    lowest: LOWEST,
+    highest: HIGHEST,
+    step: STEP,
+};
+
+impl Grid {
+    pub fn at(&self, k: usize) -> f64 {
+        self.lowest + self.step * k as f64
+    }
 }
 
 /// One frequency in nearly all touches.
@@ -77,16 +98,21 @@ impl Shaking {
 /// Whether something shakes: it is told beside what the plain model leaves, and makes what was named less sure.
 pub fn shaken(capture: &Capture, segmented: &[Segmented], (findings, base): (&mut [Finding], &mut BaseFit)) -> bool {
     let found = shaking(capture, segmented);
-    base.tests.extend(found.as_ref().map(Shaking::evidence));
-    for finding in findings.iter_mut().filter(|f| found.is_some() && !taken_out(f)) {
+    tell_beside(found.as_ref().map(Shaking::evidence), (findings, base))
+}
+
+/// Tells of what swings beside what was named, which it makes less sure; whether there is any.
+pub(super) fn tell_beside(swings: Option<Evidence>, (findings, base): (&mut [Finding], &mut BaseFit)) -> bool {
+    for finding in findings.iter_mut().filter(|f| swings.is_some() && !taken_out(f)) {
         finding.probability *= PART;
         finding.alternatives.iter_mut().for_each(|a| a.probability *= PART);
     }
-    found.is_some()
+    base.tests.extend(swings.iter().cloned());
+    swings.is_some()
 }
 
-/// Means over `SAMPLE` s of the longest stretch in which something is touched, without its ends.
-fn stretch(interaction: &Interaction) -> Option<(Vec<f64>, Vec<Vector3<f64>>)> {
+/// Means over `SAMPLE` s of the longest stretch in which something is touched, without these shares of it at its ends.
+pub(super) fn stretch(interaction: &Interaction, ends: [f64; 2]) -> Option<(Vec<f64>, Vec<Vector3<f64>>)> {
     let stream = interaction.force.as_ref()?;
     let (mut times, mut forces) = (Vec::new(), Vec::<Vector3<f64>>::new());
     let (mut sum, mut count, mut begin) = (Vector3::zeros(), 0.0, *stream.time.first()?);
@@ -123,7 +149,7 @@ fn stretch(interaction: &Interaction) -> Option<(Vec<f64>, Vec<Vector3<f64>>)> {
         }
     }
     let (first, last) = (*times.get(longest.start)?, *times.get(longest.end.checked_sub(1)?)?);
-    let inside = |t: f64| t >= first + ENDS[0] * (last - first) && t <= last - ENDS[1] * (last - first);
+    let inside = |t: f64| t >= first + ends[0] * (last - first) && t <= last - ends[1] * (last - first);
     let (times, forces): (Vec<f64>, Vec<Vector3<f64>>) =
         times.into_iter().zip(forces).filter(|(t, _)| inside(*t)).unzip();
     let lasts = times.last()? - times.first()?;
@@ -131,7 +157,7 @@ fn stretch(interaction: &Interaction) -> Option<(Vec<f64>, Vec<Vector3<f64>>)> {
 }
 
 /// Without a cubic, under Hann's window.
-fn spectrum((times, forces): &(Vec<f64>, Vec<Vector3<f64>>)) -> Option<Spectrum> {
+pub(super) fn spectrum((times, forces): &(Vec<f64>, Vec<Vector3<f64>>), grid: Grid) -> Option<Spectrum> {
     let (first, n) = (*times.first()?, times.len());
     let lasts = times.last()? - first;
     let a = DMatrix::from_fn(n, 4, |i, k| (2.0 * (times[i] - first) / lasts - 1.0).powi(k as i32));
@@ -143,10 +169,10 @@ fn spectrum((times, forces): &(Vec<f64>, Vec<Vector3<f64>>)) -> Option<Spectrum>
     let left = [left(0)?, left(1)?, left(2)?];
     let window = |i: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (i as f64 + 0.5) / n as f64).cos();
     let whole: f64 = (0..n).map(window).sum();
-    let highest = HIGHEST.min(SHOWS * (n as f64 - 1.0) / lasts);
-    let count = ((highest - LOWEST) / STEP).max(0.0) as usize;
+    let highest = grid.highest.min(SHOWS * (n as f64 - 1.0) / lasts);
+    let count = ((highest - grid.lowest) / grid.step).max(0.0) as usize;
     let at = |k: usize| {
-        let turn = std::f64::consts::TAU * (LOWEST + STEP * k as f64);
+        let turn = std::f64::consts::TAU * grid.at(k);
         let mut sums = [[0.0; 2]; 3];
         for (i, t) in times.iter().enumerate() {
             let (sin, cos) = (turn * (t - first)).sin_cos();
@@ -160,13 +186,14 @@ fn spectrum((times, forces): &(Vec<f64>, Vec<Vector3<f64>>)) -> Option<Spectrum>
     Some(Spectrum {
         power: (0..count).map(at).collect(),
         lasts,
+        grid,
     })
 }
 
 impl Spectrum {
     /// Power at the frequency over the middle one of its neighbourhood.
     fn stands_out(&self, at: usize) -> f64 {
-        let hertz = |k: usize| LOWEST + STEP * k as f64;
+        let hertz = |k: usize| self.grid.at(k);
         let own = hertz(at);
         let around: Vec<f64> = (0..self.power.len())
             .filter(|k| (own / AROUND..=own * AROUND).contains(&hertz(*k)))
@@ -183,7 +210,7 @@ fn shaking(capture: &Capture, segmented: &[Segmented]) -> Option<Shaking> {
     let spectra: Vec<Spectrum> = capture
         .interactions
         .iter()
-        .filter_map(|i| spectrum(&stretch(i)?))
+        .filter_map(|i| spectrum(&stretch(i, ENDS)?, IN_TIME))
         .collect();
     let noises: Vec<f64> = segmented.iter().filter_map(|s| s.force_noise).collect();
     let noise = capture.noise.force.or_else(|| median(&noises)).unwrap_or(0.0);
@@ -205,7 +232,7 @@ fn told(spectra: &[Spectrum]) -> Option<Shaking> {
     }
     let forces: Vec<f64> = spectra.iter().map(|s| s.power[best].sqrt()).collect();
     Some(Shaking {
-        hertz: LOWEST + STEP * best as f64,
+        hertz: IN_TIME.at(best),
         force: median(&forces)?,
         ratio,
         touches: [shaken, spectra.len()],
@@ -227,7 +254,7 @@ mod tests {
                 Vector3::new(1.0 + 0.2 * own * t + wobble + shaken, wobble, 0.5 * wobble)
             };
             let forces = times.iter().map(at).collect();
-            spectrum(&(times, forces)).expect("a spectrum")
+            spectrum(&(times, forces), IN_TIME).expect("a spectrum")
         };
         (0..8).map(one).collect()
     }

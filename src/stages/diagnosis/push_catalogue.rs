@@ -1,8 +1,8 @@
-//! The laws that pushes can show, with the priors of their parameters and where a fit of them may start.
+//! The laws that pushes can show, with the priors of their parameters and where a fit of them may start, and what is new in every one.
 
 use nalgebra::Vector3;
 
-use super::family::{Law, Parameter};
+use super::family::{Law, Parameter, Scatter};
 use super::push_laws::form;
 use super::push_places::{far_laws, local_laws};
 use super::pushes::Pushes;
@@ -335,4 +335,31 @@ fn bias_laws(pushes: &Pushes) -> Vec<Law> {
         ));
     }
     laws
+}
+
+/// Which of the scatter is of tares.
+pub const TARES: [usize; 2] = [1, 2];
+
+/// What is new in every push: the level of friction, the tare along and across, the direction of the contact, the
+/// change of friction with the way and with the turning, and the ringing of the blow: its size and its two phases.
+pub fn scatter() -> Vec<Scatter> {
+    let rows = [
+        (0.012, 10.0, 0.002, false),
+        (0.003, 10.0, 0.003, true),
+        (0.003, 10.0, 0.003, true),
+        (0.04, 4.0, 0.01, true),
+        (0.015, 10.0, 0.005, false),
+        (0.12, 10.0, 0.02, false),
+        (0.3, 10.0, 0.1, true),
+        (1.0, 10.0, 0.3, true),
+        (1.0, 10.0, 0.3, true),
+    ];
+    let one = |(tau, counts, floor, nuisance)| Scatter {
+        tau,
+        counts,
+        floor,
+        nuisance,
+        step: 1e-4,
+    };
+    rows.into_iter().map(one).collect()
 }

@@ -6,11 +6,11 @@ use nalgebra::{Vector2, Vector3};
 use super::Quantity;
 use super::asking::Imagined;
 use super::blows::{Blow, swings_on_the_tool};
-use super::family::{Active, ChannelKind, Covariate, Family, Parameter, Scatter, Sheet};
+use super::family::{Active, ChannelKind, Covariate, Family, Parameter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
-use super::push_catalogue::push_laws;
+use super::push_catalogue::{self, push_laws, scatter};
 use super::push_history::History;
 use super::push_laws;
 use super::push_motion::paces;
@@ -239,40 +239,13 @@ fn begin(interaction: &Interaction) -> f64 {
     firsts.copied().fold(f64::INFINITY, f64::min)
 }
 
-/// What is new in every push: the level of friction, the tare along and across, the direction of the contact, the
-/// change of friction with the way and with the turning, and the ringing of the blow: its size and its two phases.
-/// Which of the scatter is of tares.
-const TARES: [usize; 2] = [1, 2];
-
-fn scatter() -> Vec<Scatter> {
-    let rows = [
-        (0.012, 10.0, 0.002, false),
-        (0.003, 10.0, 0.003, true),
-        (0.003, 10.0, 0.003, true),
-        (0.04, 4.0, 0.01, true),
-        (0.015, 10.0, 0.005, false),
-        (0.12, 10.0, 0.02, false),
-        (0.3, 10.0, 0.1, true),
-        (1.0, 10.0, 0.3, true),
-        (1.0, 10.0, 0.3, true),
-    ];
-    let one = |(tau, counts, floor, nuisance)| Scatter {
-        tau,
-        counts,
-        floor,
-        nuisance,
-        step: 1e-4,
-    };
-    rows.into_iter().map(one).collect()
-}
-
 impl Family for Pushes {
     fn sheet(&self) -> &Sheet {
         &self.sheet
     }
 
     fn is_tare(&self, scatter: usize) -> bool {
-        TARES.contains(&scatter)
+        push_catalogue::TARES.contains(&scatter)
     }
 
     /// What a finger reads that moves with the way of the push has its own law; what keeps its direction in the room is of the

@@ -41,7 +41,7 @@ const PART: f64 = 0.5;
 /// The spectrum of one touch over time or over its way: power by frequency, N², and how much of either it spans, s or m.
 pub(super) struct Spectrum {
     pub power: Vec<f64>,
-    pub lasts: f64,
+    lasts: f64,
     grid: Grid,
 }
 

@@ -1,6 +1,7 @@
 //! The diagnosis on scenes of the lab that hide an effect, two, or none, without the truth:
-//! `cargo bench --bench blind -- [CASES] [first=N] [only=clean|single|outside|pair|narrow] [quiet] [keep=FOLDER]`. Where it could
-//! not tell the hidden cause from others the experiments that it asks for are made, up to three.
+//! `cargo bench --bench blind -- [CASES] [first=N] [only=clean|single|outside|pair|narrow] [quiet] [calibrate] [keep=FOLDER]`. Where it
+//! could not tell the hidden cause from others the experiments that it asks for are made, up to three. `calibrate` prints what other
+//! temperatures of the odds would have stated.
 //!
 //! A quarter of the cases is clean, strengths are log-uniform over a factor 16. Effects are counted by their size d', what
 //! a likelihood-ratio test that knows the cause sees: `sqrt(2 (ll with the cause − ll of the plain model))`. Shares come
@@ -14,6 +15,7 @@
 )]
 
 mod numbers;
+mod odds;
 mod parted;
 mod scenes;
 mod shown;
@@ -57,6 +59,9 @@ fn main() {
         }
     }
     print_table(&seen);
+    if words.iter().any(|w| w == "calibrate") {
+        odds::temperatures(&seen);
+    }
 }
 
 fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
@@ -145,12 +150,7 @@ fn judge(case: &Case, number: u64, keep: Option<&str>) -> Option<Seen> {
             numbers::held(&run.diagnosis.findings, cause, &truth)
         }),
         gain: gain_of(&run.diagnosis),
-        odds: run
-            .diagnosis
-            .findings
-            .iter()
-            .map(|f| (f.cause.clone(), f.probability))
-            .collect(),
+        odds: run.diagnosis.findings.iter().map(odds::stated).collect(),
         verdict: run.diagnosis.verdict,
         named: names(&run.diagnosis),
         seconds,

@@ -3,6 +3,7 @@
 use palpate::twin::Verdict;
 use statrs::distribution::{Beta, ContinuousCDF};
 
+use crate::odds::calibration;
 use crate::parted::Parted;
 use crate::scenes::Sort;
 use crate::shown::outside;
@@ -90,7 +91,8 @@ pub struct Seen {
     /// Numbers of the finding that is right, and whether their intervals hold the truth.
     pub numbers: Vec<(String, bool)>,
     pub gain: Option<f64>,
-    pub odds: Vec<(String, f64)>,
+    /// Of each finding all causes with their stated odds, its own first.
+    pub odds: Vec<Vec<(String, f64)>>,
     pub verdict: Verdict,
     pub named: Vec<Vec<String>>,
     pub seconds: f64,
@@ -111,12 +113,15 @@ impl Seen {
             '*'
         };
         format!(
-            "{mark}{number:>5} {:<13} {:<7} s {:.2} d' {size:>5}  {hidden:<34} {:<9} {}{}{} [{:.1} s]",
+            "{mark}{number:>5} {:<13} {:<7} s {:.2} d' {size:>5}  {hidden:<34} {:<9} {}{}{}{} [{:.1} s]",
             self.scene,
             format!("{:?}", self.sort).to_lowercase(),
             self.strength,
             format!("{:?}", self.verdict).to_lowercase(),
             named.join("; "),
+            self.odds
+                .first()
+                .map_or_else(String::new, |o| format!(" ({:.2})", o[0].1)),
             match (self.struck, self.visible) {
                 (Some(false), _) => self.mimic(),
                 (_, Some(true)) => " (both can be seen)".into(),
@@ -342,36 +347,4 @@ pub fn print_table(all: &[Seen]) {
     calibration(all);
     let slow = all.iter().map(|s| s.seconds).fold(0.0, f64::max);
     println!("slowest reconstruction and diagnosis: {slow:.1} s");
-}
-
-/// Expected calibration error of the stated probabilities, over findings of single effects.
-fn calibration(all: &[Seen]) {
-    let said: Vec<(f64, bool)> = all
-        .iter()
-        .filter(|s| matches!(s.sort, Sort::Single | Sort::Narrow | Sort::Clean))
-        .flat_map(|s| s.odds.iter().map(|(cause, p)| (*p, s.causes.contains(cause))))
-        .collect();
-    let bin = |k: usize| {
-        let within = |p: f64| ((p * 5.0) as usize).min(4) == k;
-        let own: Vec<&(f64, bool)> = said.iter().filter(|s| within(s.0)).collect();
-        let n = own.len() as f64;
-        let mean = own.iter().map(|s| s.0).sum::<f64>() / n.max(1.0);
-        let right = own.iter().filter(|s| s.1).count() as f64 / n.max(1.0);
-        (n, mean, right)
-    };
-    let bins: Vec<(f64, f64, f64)> = (0..5).map(bin).collect();
-    let error: f64 = bins
-        .iter()
-        .map(|(n, mean, right)| n * (mean - right).abs())
-        .sum::<f64>()
-        / said.len().max(1) as f64;
-    let each: Vec<String> = bins
-        .iter()
-        .filter(|b| b.0 > 0.0)
-        .map(|(n, m, r)| format!("{m:.2} said, {r:.2} right of {n}"))
-        .collect();
-    println!(
-        "calibration error of the odds {error:.3} (bar 0.05): {}",
-        each.join("; ")
-    );
 }

@@ -220,10 +220,16 @@ fn why_not(capture: &Capture) -> String {
     }
 }
 
-/// Where something is left, and what it depends on.
+/// How words on what has no name begin.
+const LEFT: &str = "what is left";
+
+/// Where something is left, by what it is seen, and what it depends on.
 fn left(diagnosis: &Diagnosis) -> String {
     let missed = diagnosis.missed.iter().map(|m| format!("  {}\n", of_miss(m)));
-    let depends = diagnosis.left.iter().map(|e| format!("  what is left: {}\n", e.words));
+    let depends = diagnosis.left.iter().map(|e| match e.words.starts_with(LEFT) {
+        true => format!("  {}\n", e.words),
+        false => format!("  {LEFT}: {}\n", e.words),
+    });
     missed.chain(depends).collect()
 }
 

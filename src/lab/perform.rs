@@ -72,8 +72,12 @@ pub(super) fn perform_in_steps(
     let durations: Vec<f64> = scripts.iter().map(|script| script.duration).collect();
     let occasions = occasions(&scene.action, &durations, &scene.pauses());
     let done = scripts.par_iter().zip(occasions).map(|(script, occasion)| {
-        let scene = &*scene.on(&script.name);
-        let performance = Stage::set(scene, solids, &ties, (script, &occasion), &effects, dt).play();
+        let mut scene = scene.on(&script.name);
+        // The slope is the table's: what a hand raises hangs as the room has it.
+        if script.kind == Kind::Lift && scene.support.tilt != [0.0; 2] {
+            scene.to_mut().support.tilt = [0.0; 2];
+        }
+        let performance = Stage::set(&scene, solids, &ties, (script, &occasion), &effects, dt).play();
         progress.advance();
         performance
     });

@@ -33,7 +33,7 @@ pub struct Diagnosis {
     /// Where the verdict is `unknown`: what is missed most, worst first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missed: Vec<Miss>,
-    /// Where the verdict is `unknown`: what that depends on beyond doubt.
+    /// Where the verdict is `unknown`: by what it is seen, and what it depends on beyond doubt.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left: Vec<Evidence>,
 }
@@ -215,6 +215,14 @@ pub struct Finding {
     /// What was believed of each parameter before the data; none where an estimator of its own gave them without any belief.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub priors: BTreeMap<String, Prior>,
+}
+
+impl Finding {
+    /// Keeps so large a share of all of its odds.
+    pub fn less_likely(&mut self, share: f64) {
+        self.probability *= share;
+        self.alternatives.iter_mut().for_each(|a| a.probability *= share);
+    }
 }
 
 /// What was believed of a parameter before the data.

@@ -6,7 +6,7 @@ use super::aloft::told_aloft;
 use super::axes::of_all_axes;
 use super::blows::blow_findings;
 use super::clocks::Clocks;
-use super::compare::{base_fit, forces_fit, hardly_felt, moves_nothing, verdict, ways_fit};
+use super::compare::base_fit;
 use super::coupling::without_what_follows;
 use super::delay::{delay_finding, take_up};
 use super::family::Family;
@@ -25,16 +25,16 @@ use super::play::play_findings;
 use super::predict::trace_of;
 use super::presses::Presses;
 use super::pushes::Pushes;
-use super::ripples::rippled;
+use super::ripples::swinging;
 use super::rolls::rolls;
-use super::sensor::{as_one, rounded_away, sensor_findings, taken_out};
+use super::sensor::{as_one, rounded_away, sensor_findings};
 use super::sensor_lag::lag_of;
-use super::shaking::shaken;
-use super::tares::{before_the_touch, tare_finding};
+use super::tares::tare_finding;
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
 use super::uneven::{spun, twisted};
+use super::verdict::concluded;
 use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
@@ -141,17 +141,17 @@ pub fn diagnose(
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);
-    let mut base = if findings.is_empty() {
-        base_fit(&traces, config)
-    } else {
-        base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)), config)
+    let mut base = match findings.as_slice() {
+        [] => base_fit(&traces, config),
+        _ => base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)), config),
     };
     base.tests = [whiteness(&traces), curves.tests].concat();
-    let shakes = shaken(raw, segmented, (&mut findings, &mut base));
-    let left = rippled((raw, segmented, model), (&mut findings, &mut base)) || shakes || curves.left;
-    let verdict = verdict_of(&traces, &findings, (left, curves.overruled), config);
-    findings.iter_mut().for_each(leave_room);
-    let (missed, left) = where_left(verdict, (curves.missed, curves.left_against), &traces, config);
+    let lost = rounded_away(faults);
+    let swings = swinging((raw, segmented, model), lost, (&mut findings, &mut base));
+    let left = !swings.is_empty() || curves.left;
+    let verdict = concluded(&traces, &mut findings, (left, curves.overruled), config);
+    let depends = [swings, curves.left_against].concat();
+    let (missed, left) = where_left(verdict, (curves.missed, depends), &traces, config);
     let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
         profiles: curves.profiles.into_iter().filter(told).collect(),
@@ -169,23 +169,6 @@ pub fn diagnose(
         log_likelihood: curves.log_likelihood,
         levels: curves.levels,
     })
-}
-
-/// What is said of all: named causes leave something (`left`), or what is foretold with them is off; or nothing is named, though
-/// something is wrong (`overruled`).
-fn verdict_of(traces: &[Trace], findings: &[Finding], (left, overruled): (bool, bool), config: &Config) -> Verdict {
-    match verdict(traces, config) {
-        _ if left || (overruled && findings.is_empty()) => Verdict::Unknown,
-        // What bears on inertia alone is no reason for a force that is off while it slides.
-        Verdict::Unknown if findings.iter().all(hardly_felt) && !forces_fit(traces, config) => Verdict::Unknown,
-        // Nor is what bears on the reading of forces alone for a thing that goes another way.
-        Verdict::Unknown if findings.iter().all(moves_nothing) && !ways_fit(traces, config) => Verdict::Unknown,
-        _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
-        // What was taken out, or read, before anything was foretold does not explain what is left.
-        Verdict::Unknown if findings.iter().all(|f| taken_out(f) || before_the_touch(f)) => Verdict::Unknown,
-        _ if findings.is_empty() => Verdict::Adequate,
-        _ => Verdict::Explained,
-    }
 }
 
 /// Track and force by two clocks, as the ways, the beginnings and the blows of pushes tell it beside what was found.
@@ -227,17 +210,6 @@ fn keep_what_stands(findings: &mut Vec<Finding>, config: &Config) {
     }
     findings.retain(|f| config.allows(&f.cause));
     as_one(findings);
-}
-
-/// Below this probability a finding's name is one of several.
-const SURE: f64 = 0.9;
-/// How often a catalogue holds what was named for sure: of 482 such names in blind scenes of two engines 470 were right.
-const HELD: f64 = 0.975;
-
-/// The odds are among what has a name; that no name of these is right is left open beside them.
-fn leave_room(finding: &mut Finding) {
-    finding.probability *= HELD;
-    finding.alternatives.iter_mut().for_each(|a| a.probability *= HELD);
 }
 
 /// Causes that pushes, presses and motions of joints show, and what would tell apart those that these data cannot.

@@ -5,6 +5,7 @@ use super::Quantity;
 use super::asking::Imagined;
 use super::fit::Fit;
 use super::levels::Level;
+use crate::twin::Evidence;
 
 /// A parameter with its prior: normal with `sd` about `centre`, cut to `low..high`. With `log` the parameter is the
 /// natural logarithm of a positive quantity in `unit`.
@@ -251,6 +252,11 @@ pub trait Family: Sync {
     /// What differs from one repeat to the next, in the unit of the first kind of channel: no law foretells it.
     fn unforeseen(&self) -> f64 {
         0.0
+    }
+
+    /// What the plain model may take up, since it is often so, and yet foretells nothing elsewhere, where it is far more than usual.
+    fn taken_up(&self, _plain: &Fit) -> Option<Evidence> {
+        None
     }
 
     /// Share by which all amplitudes may be off together.

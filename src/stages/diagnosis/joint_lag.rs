@@ -43,6 +43,8 @@ const RANGE: [f64; 2] = [15.5e-3, 0.2];
 /// Share of the squares that it may leave, and by how many times another rule has to leave more.
 const LEAVES: f64 = 0.12;
 const BETTER: f64 = 3.0;
+/// Powers of the speed with which a damping may go: its form is not known.
+const DAMPED: [f64; 2] = [1.0, 0.6];
 /// Readings of one start that are as good as independent.
 const FREE: f64 = 3.0;
 /// Standard deviations.
@@ -76,7 +78,8 @@ enum Rule {
     /// Read through so many equal poles.
     Lagging(u8),
     Late,
-    Damped,
+    /// In proportion to this power of the speed.
+    Damped(f64),
     Presliding,
     Sprung,
 }
@@ -90,7 +93,10 @@ impl Rule {
             Self::Lagging(_) => size * first.missing + 0.25 * size * size * first.rate,
             // What rose evenly while it stood goes on rising until it has been told of all.
             Self::Late => 0.5 * first.missing * (size - first.time).max(0.0),
-            Self::Damped => size * integral(rows, |r| rise.steady - r.speed),
+            Self::Damped(power) => {
+                let of = |speed: f64| speed.max(0.0).powf(power);
+                size * integral(rows, |r| of(rise.steady) - of(r.speed))
+            }
             Self::Presliding => integral(rows, |r| rise.level * (1.0 - r.way / size.max(1e-9)).max(0.0)),
             Self::Sprung => {
                 let last = rows.last().map_or(0.0, |r| r.way);
@@ -113,7 +119,7 @@ impl Rule {
         let way = scale(&|r| r.rows.last().map_or(0.0, |l| l.way)).max(1e-9);
         let unit = match self {
             Self::Lagging(_) | Self::Late => 1.0,
-            Self::Damped => scale(&|r| r.level / r.steady.max(1e-9)),
+            Self::Damped(power) => scale(&|r| r.level / r.steady.max(1e-9).powf(power)),
             Self::Presliding => 3.0 * way,
             Self::Sprung => scale(&|r| r.level) / way,
         };
@@ -216,10 +222,9 @@ fn of_joint(motions: &[(String, bool, Vec<JointLoad>)], joint: &Joint) -> Option
         let squares: f64 = judged.iter().map(|r| left(r).powi(2)).sum();
         (squares / judged.len().max(1) as f64).sqrt()
     };
-    let (quantity, unit) = if joint.kind == JointKind::Revolute {
-        ("torque", "N·m")
-    } else {
-        ("force", "N")
+    let (quantity, unit) = match joint.kind {
+        JointKind::Revolute => ("torque", "N·m"),
+        _ => ("force", "N"),
     };
     let errors = [error(0.0), error(fitted.size)];
     (errors[1] < errors[0]).then(|| SensorLag {
@@ -252,8 +257,11 @@ fn lag(rises: &[&Rise]) -> Option<(u8, Fitted, f64, f64)> {
     let n = rises.len() as f64;
     let (poles, best) = best(rises)?;
     let leaves = |rule: Rule| fit(rule, rises).map_or(f64::INFINITY, |f| f.leaves);
-    let others = [Rule::Damped, Rule::Presliding, Rule::Sprung];
-    let better = others.iter().all(|rule| leaves(*rule) > BETTER * best.leaves);
+    let mut others = DAMPED
+        .map(Rule::Damped)
+        .into_iter()
+        .chain([Rule::Presliding, Rule::Sprung]);
+    let better = others.all(|rule| leaves(rule) > BETTER * best.leaves);
     let nats = 0.5 * FREE * n * (leaves(Rule::Late) / best.leaves.max(1e-12)).ln();
     // Without each in turn.
     let without = |k: usize| {
@@ -367,17 +375,13 @@ mod tests {
         let motions: Vec<Vec<JointLoad>> = [0.03, 0.06, 0.1, 0.15, 0.2].map(|v| motion(v, sensor)).into();
         let told = |loads: &Vec<JointLoad>| {
             let path = Path(loads);
-            let rises: Vec<_> = path
-                .starts()
-                .into_iter()
-                .filter_map(|b| rise(("pull", false), &path, b, 0.25))
-                .collect();
-            rises
+            let one = |b| rise(("pull", false), &path, b, 0.25);
+            path.starts().into_iter().filter_map(one).collect::<Vec<_>>()
         };
         let rises: Vec<Option<Rise>> = motions.iter().flat_map(told).collect();
         // Those that are thrown ahead of their level do not tell whether they lag; all others do.
-        let lagging_all = rises.len() == 5 && rises.iter().all(Option::is_some);
-        assert!(lagging_all || rises.len() >= 2 && rises.iter().any(Option::is_none));
+        let all = rises.len() == 5 && rises.iter().all(Option::is_some);
+        assert!(all || rises.len() >= 2 && rises.iter().any(Option::is_none));
         lag(&lagging(&rises)?)
     }
 

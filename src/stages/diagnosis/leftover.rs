@@ -80,7 +80,8 @@ fn left_unnamed(family: &dyn Family, plain: &Fit) -> Option<Evidence> {
         let left = structure(family, plain).filter(|left| left.gain > ALONE.2)?;
         Some(depends_on(&left, UNNAMED))
     };
-    of_noise().or_else(of_scatter).or_else(of_places)
+    let found = of_noise().or_else(of_scatter).or_else(of_places);
+    found.or_else(|| family.taken_up(plain))
 }
 
 /// What it means that something is left, with and without a name beside it.

@@ -91,11 +91,13 @@ impl Loads {
         }
         if let Some(left) = ladder.left.as_ref().filter(|_| ladder.taken.is_empty()) {
             self.tests.push(left.clone());
+            self.left_against.push(left.clone());
             self.missed.extend(missed_by(family, &ladder.full));
             self.overruled = true;
         }
         if let Some(overruled) = &ladder.overruled {
             self.tests.push(overruled.clone());
+            self.left_against.push(overruled.clone());
             self.overruled = true;
         }
         let wanting = hardly || (!findings.is_empty() && ladder.left.is_some());
@@ -104,9 +106,7 @@ impl Loads {
             self.missed.extend(missed_by(family, &ladder.full));
             // Odds are among the names; what is left says that the right one may have none.
             for (k, finding) in findings.iter_mut().enumerate() {
-                let part = PART[k.min(1)];
-                finding.probability *= part;
-                finding.alternatives.iter_mut().for_each(|a| a.probability *= part);
+                finding.less_likely(PART[k.min(1)]);
             }
         }
         if wanting || findings.is_empty() {

@@ -7,9 +7,9 @@ use super::family::{Family, Law, Parameter};
 use super::fit::Fit;
 use super::held_out::{gain, refit};
 use super::naming::{Ladder, Taken};
+use super::once::once;
 use super::profile::profiled;
 use crate::base::Estimate;
-use crate::math::median;
 use crate::twin::{CauseOdds, Evidence, Finding, Gain, Prior, PriorFamily};
 
 /// Raw Bayes factors are overconfident where no form of a law is quite right: log odds are divided by this.
@@ -30,7 +30,8 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let own = own.map_or(1.0, |o| o.probability);
         let Some(gain) = taken.told.clone() else { continue };
         let parameters = estimates(family, ladder, taken.law);
-        if foretells_nothing(&gain) && may_be_nought(law, &parameters) {
+        let nothing = foretells_nothing(&gain) || (!out.is_empty() && gain.reduction < BESIDE);
+        if nothing && may_be_nought(law, &parameters) {
             continue;
         }
         out.push(Finding {
@@ -47,13 +48,16 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
             gain,
         });
     }
-    kept_down(stood_before(with_its_state(out), usual_force(family)))
+    once(family, out)
 }
 
 /// Share of the error that a law takes away below which it foretells nothing, if what is left is so many times the noise, and
 /// below which it makes worse what was nearly foretold.
 const FORETELLS: (f64, f64) = (0.2, 1.5);
 const AGAINST: f64 = -0.5;
+
+/// The share that is asked of a law beside another, whose form in nature may be a little another.
+const BESIDE: f64 = 0.4;
 
 fn foretells_nothing(gain: &Gain) -> bool {
     let above = gain.noise.is_none_or(|noise| gain.rmse_after > FORETELLS.1 * noise);
@@ -68,70 +72,6 @@ fn may_be_nought(law: &Law, parameters: &BTreeMap<String, Estimate>) -> bool {
         interval.is_some_and(|ci| ci[0] < 0.0 && 0.0 < ci[1])
     };
     amplitudes.peek().is_some() && amplitudes.all(held)
-}
-
-/// What rubs as it gives comes back only until its spring pulls no more than its friction holds: from the second press on it meets the
-/// tool with that much force. A preload up to that is the friction's.
-fn kept_down(mut findings: Vec<Finding>) -> Vec<Finding> {
-    let value = |cause: &str, name: &str| {
-        let own = findings.iter().find(|f| f.cause == cause);
-        own.and_then(|f| f.parameters.get(name)).map(|e| e.value)
-    };
-    let rubs = value("guide-friction", "Fc").or_else(|| value("elastic-hysteresis", "A"));
-    if let (Some(rubs), Some(step)) = (rubs, value("preload", "F0"))
-        && step < rubs
-    {
-        findings.retain(|f| f.cause != "preload");
-    }
-    findings
-}
-
-/// Decades of seconds for which a body may have stood before its capture began.
-const DECADES: f64 = 6.0;
-
-/// How long a body had stood before it was first pushed nobody knows: where friction ages at rest, a first push that needs more than the
-/// capture's own time explains had stood longer, and no bond is needed, unless it holds more than weeks of ageing would.
-fn stood_before(mut findings: Vec<Finding>, usual: f64) -> Vec<Finding> {
-    let value = |cause: &str, name: &str| {
-        let own = findings.iter().find(|f| f.cause == cause && f.place == "support");
-        own.and_then(|f| f.parameters.get(name)).map(|e| e.value)
-    };
-    if let (Some(decade), Some(bond)) = (value("static-ageing", "beta"), value("breakaway-bond", "Fg"))
-        && bond < DECADES * decade * usual
-    {
-        findings.retain(|f| f.cause != "breakaway-bond");
-    }
-    findings
-}
-
-/// The median of what is read along the touches, N.
-fn usual_force(family: &dyn Family) -> f64 {
-    let channels = family.groups().iter().flat_map(|g| &g.channels);
-    let read: Vec<f64> = channels
-        .filter(|c| c.kind == 0)
-        .flat_map(|c| &c.measured)
-        .map(|m| m.abs())
-        .collect();
-    median(&read).unwrap_or(0.0)
-}
-
-/// Evidence of what ages at rest over that of what goes with speed, or the other way round, up to which they are one law.
-const OF_ONE_LAW: f64 = 3.0;
-
-/// Friction that goes with the logarithm of speed and ages at rest is one law of rate and state (Dieterich 1979; Ruina 1983).
-fn with_its_state(mut findings: Vec<Finding>) -> Vec<Finding> {
-    let of = |cause: &str| findings.iter().position(|f| f.cause == cause);
-    let (Some(rate), Some(state)) = (of("rate-state-friction"), of("static-ageing")) else {
-        return findings;
-    };
-    let worth = |k: usize| findings[k].evidence.first().map_or(0.0, |e| e.statistic);
-    let ratio = worth(rate) / worth(state);
-    if (1.0 / OF_ONE_LAW..OF_ONE_LAW).contains(&ratio) {
-        let aged = findings[state].evidence.clone();
-        findings[rate].evidence.extend(aged);
-        findings.remove(state);
-    }
-    findings
 }
 
 /// Parameters of one law in a fit with their standard deviations.
@@ -299,22 +239,7 @@ fn evidence(family: &dyn Family, taken: &Taken) -> Evidence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stages::diagnosis::told::{Told, gain};
-
-    fn found(cause: &str, name: &str, value: f64) -> Finding {
-        let told = Told {
-            cause,
-            place: "support",
-            probability: 0.97,
-            rivals: &[],
-            parameter: (name, Estimate::measured(value, 0.1 * value, "N", Vec::new(), "test")),
-            residual: "force",
-            statistic: 9.0,
-            words: String::new(),
-            gain: gain("force", "N", [1.0, 0.1], Vec::new()),
-        };
-        told.finding()
-    }
+    use crate::stages::diagnosis::told::gain;
 
     #[test]
     fn held_out_interactions_speak_against_a_law_where_they_could_tell() {
@@ -322,18 +247,9 @@ mod tests {
             noise: Some(0.01),
             ..gain("force", "N", [before, after], vec!["push-1".into()])
         };
-        assert!(foretells_nothing(&told(0.05, 0.049)) && foretells_nothing(&told(0.02, 0.04)));
+        let foretells_nothing = |before: f64, after: f64| foretells_nothing(&told(before, after));
+        assert!(foretells_nothing(0.05, 0.049) && foretells_nothing(0.02, 0.04));
         // All that is left is noise: they could not tell.
-        assert!(!foretells_nothing(&told(0.0133, 0.0131)) && !foretells_nothing(&told(0.05, 0.03)));
-    }
-
-    #[test]
-    fn what_ageing_or_a_guide_explains_is_not_named_twice() {
-        // A tenth of 5 N for each of six decades: up to 3 N may be a long stand.
-        let aged = |bond: f64| vec![found("static-ageing", "beta", 0.1), found("breakaway-bond", "Fg", bond)];
-        assert_eq!([2.0, 6.0].map(|bond| stood_before(aged(bond), 5.0).len()), [1, 2]);
-        let guided = |step: f64| vec![found("guide-friction", "Fc", 0.6), found("preload", "F0", step)];
-        assert_eq!([0.3, 0.9].map(|step| kept_down(guided(step)).len()), [1, 2]);
-        assert_eq!(kept_down(vec![found("preload", "F0", 0.3)]).len(), 1);
+        assert!(!foretells_nothing(0.0133, 0.0131) && !foretells_nothing(0.05, 0.03));
     }
 }

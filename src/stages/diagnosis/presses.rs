@@ -11,10 +11,11 @@ use super::predict::Scene;
 use super::press_catalogue::{press_laws, scatter};
 use super::press_laws::{Memory, Met, lower, slight, sunk};
 use super::press_reads::Read;
+use super::press_spots::uneven_pad;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::stages::estimation::support_normal;
-use crate::twin::Model;
+use crate::twin::{Evidence, Model};
 
 /// Seconds of one sample.
 pub(super) const BIN: f64 = 0.05;
@@ -98,8 +99,9 @@ pub struct Presses {
     pub(super) all_spots: usize,
     /// Deepest press of all, m.
     pub deepest: f64,
-    /// Largest force of all, N.
+    /// Largest force of all, N, and the step to which it is rounded.
     pub largest: f64,
+    step: f64,
 }
 
 /// Bodies and spots that were pressed so far, with how deep.
@@ -138,6 +140,7 @@ impl Presses {
     /// The same where every force is off by up to `lost` (N, standard deviation) since finer ones are rounded away.
     pub fn rounded(mut self, lost: f64) -> Self {
         self.sheet.kinds.iter_mut().for_each(|k| k.sigma = k.sigma.hypot(lost));
+        self.step = 12.0_f64.sqrt() * lost;
         self
     }
 
@@ -181,6 +184,7 @@ impl Presses {
             all_spots: 0,
             deepest: 0.0,
             largest: 0.0,
+            step: 0.0,
         };
         let mut known = Known::default();
         let mut noise = Vec::new();
@@ -304,7 +308,9 @@ impl Family for Presses {
     }
 
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
-        slight(self.sheet.laws[law].form, values)
+        // A step at first contact that is less than one of the sensor's own is none.
+        let rounded = self.sheet.laws[law].cause == "preload" && values[0].abs() < self.step;
+        rounded || slight(self.sheet.laws[law].form, values)
     }
 
     fn samples_are_free(&self) -> bool {
@@ -357,6 +363,10 @@ impl Family for Presses {
         let slope = Vector2::new(face[1], face[2]).dot(&self.places[group]);
         out.push(face[0] + slope + sunk(past, active) + scatter[3] + late);
         out
+    }
+
+    fn taken_up(&self, plain: &Fit) -> Option<Evidence> {
+        uneven_pad(self, plain)
     }
 
     fn imagined(&self) -> Option<Imagined> {

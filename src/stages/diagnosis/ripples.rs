@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::shaking::{Grid, spectrum, stretch, tell_beside};
+use super::shaking::{Grid, shaken, spectrum, stretch, tell_beside};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{interpolate, median, weighted_linear};
 use crate::twin::{BaseFit, Evidence, Finding, Model};
@@ -57,11 +57,24 @@ impl Ripple {
     }
 }
 
-/// Whether the force swings with the way: it is told beside what the plain model leaves, and makes what was named less sure.
-pub fn rippled(
+/// What swings with the clock or with the way, told beside what the plain model leaves; rounding takes `lost` (N, standard deviation)
+/// from what is read.
+pub fn swinging(
+    of: (&Capture, &[Segmented], &Model),
+    lost: f64,
+    (findings, base): (&mut [Finding], &mut BaseFit),
+) -> Vec<Evidence> {
+    let shakes = shaken(of.0, of.1, (&mut *findings, &mut *base));
+    let ripples = rippled(of, lost, (findings, base));
+    shakes.into_iter().chain(ripples).collect()
+}
+
+/// A force that swings with the way, if one does: it is told beside what the plain model leaves, and makes what was named less sure.
+fn rippled(
     (capture, segmented, model): (&Capture, &[Segmented], &Model),
+    lost: f64,
     told: (&mut [Finding], &mut BaseFit),
-) -> bool {
+) -> Option<Evidence> {
     let jointed = |i: &Interaction| {
         let body = i.target.as_ref().and_then(|t| model.twin.body_of(t));
         body.is_none_or(|b| !b.joints.is_empty())
@@ -69,6 +82,8 @@ pub fn rippled(
     let slides = |i: &&Interaction| matches!(i.kind, Kind::Push | Kind::Pull) && !jointed(i);
     let noises: Vec<f64> = segmented.iter().filter_map(|s| s.force_noise).collect();
     let noise = capture.noise.force.or_else(|| median(&noises)).unwrap_or(0.0);
+    // What grows evenly and is rounded goes up stairs, half a step to either side.
+    let noise = noise.max(3.0_f64.sqrt() * lost);
     let all = capture.interactions.iter().filter(slides);
     let tops: Vec<Ripple> = all.filter_map(|i| ripple_of(i, noise)).collect();
     tell_beside(common(&tops).map(|own| evidence(&own)), told)

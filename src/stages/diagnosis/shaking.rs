@@ -95,20 +95,25 @@ impl Shaking {
     }
 }
 
-/// Whether something shakes: it is told beside what the plain model leaves, and makes what was named less sure.
-pub fn shaken(capture: &Capture, segmented: &[Segmented], (findings, base): (&mut [Finding], &mut BaseFit)) -> bool {
+/// What shakes, if something does: it is told beside what the plain model leaves, and makes what was named less sure.
+pub fn shaken(
+    capture: &Capture,
+    segmented: &[Segmented],
+    (findings, base): (&mut [Finding], &mut BaseFit),
+) -> Option<Evidence> {
     let found = shaking(capture, segmented);
     tell_beside(found.as_ref().map(Shaking::evidence), (findings, base))
 }
 
-/// Tells of what swings beside what was named, which it makes less sure; whether there is any.
-pub(super) fn tell_beside(swings: Option<Evidence>, (findings, base): (&mut [Finding], &mut BaseFit)) -> bool {
-    for finding in findings.iter_mut().filter(|f| swings.is_some() && !taken_out(f)) {
-        finding.probability *= PART;
-        finding.alternatives.iter_mut().for_each(|a| a.probability *= PART);
-    }
+/// Tells of what swings beside what was named, which it makes less sure.
+pub(super) fn tell_beside(
+    swings: Option<Evidence>,
+    (findings, base): (&mut [Finding], &mut BaseFit),
+) -> Option<Evidence> {
+    let told = findings.iter_mut().filter(|f| swings.is_some() && !taken_out(f));
+    told.for_each(|f| f.less_likely(PART));
     base.tests.extend(swings.iter().cloned());
-    swings.is_some()
+    swings
 }
 
 /// Means over `SAMPLE` s of the longest stretch in which something is touched, without these shares of it at its ends.

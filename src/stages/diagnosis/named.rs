@@ -31,7 +31,7 @@ pub fn findings(family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         let Some(gain) = taken.told.clone() else { continue };
         let parameters = estimates(family, ladder, taken.law);
         let nothing = foretells_nothing(&gain) || (!out.is_empty() && gain.reduction < BESIDE);
-        if nothing && may_be_nought(law, &parameters) {
+        if (nothing || jumps(law, &gain)) && may_be_nought(law, &parameters) {
             continue;
         }
         out.push(Finding {
@@ -62,6 +62,15 @@ const BESIDE: f64 = 0.4;
 fn foretells_nothing(gain: &Gain) -> bool {
     let above = gain.noise.is_none_or(|noise| gain.rmse_after > FORETELLS.1 * noise);
     gain.reduction < AGAINST || gain.reduction < FORETELLS.0 && above
+}
+
+/// Error over the noise up to which a damping may be no more than the jump with which it begins.
+const BURIED: f64 = 1.05;
+
+/// Whether it is a damping that takes away nothing but how the tool meets the surface: of how that is the model knows little.
+fn jumps(law: &Law, gain: &Gain) -> bool {
+    let buried = gain.noise.is_some_and(|noise| gain.rmse_before <= BURIED * noise);
+    law.cause == "elastic-damping" && buried
 }
 
 /// Whether the interval of every amplitude holds nought: of eleven findings of two worlds that were so and foretold nothing ten were wrong.

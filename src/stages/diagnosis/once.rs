@@ -3,13 +3,15 @@
 use nalgebra::Vector2;
 
 use super::family::Family;
+use super::shows_in::TIME;
 use crate::math::median;
 use crate::twin::Finding;
 
 /// The findings of a ladder without the names that go with another.
 pub fn once(family: &dyn Family, findings: Vec<Finding>) -> Vec<Finding> {
     let findings = kept_down(stood_before(with_its_state(findings), usual_force(family)));
-    broken_off(of_its_course(findings), &largest(family))
+    let began = begun_before(of_its_course(findings), lasts(family));
+    broken_off(began, &largest(family))
 }
 
 /// Standard deviations across a drift up to which a constant reading points along it.
@@ -34,6 +36,28 @@ fn of_its_course(mut findings: Vec<Finding>) -> Vec<Finding> {
         findings.retain(|f| f.cause != "force-bias-world");
     }
     findings
+}
+
+/// A drift has gone on for a while before the first touch: a constant reading of its sign that it reaches within the time that the
+/// touches take is what it came to until then.
+fn begun_before(mut findings: Vec<Finding>, lasts: f64) -> Vec<Finding> {
+    let value = |cause: &str, name: &str| {
+        let own = findings.iter().find(|f| f.cause == cause && f.place == "sensor")?;
+        own.parameters.get(name).map(|e| e.value)
+    };
+    if let (Some(rate), Some(bias)) = (value("force-drift", "d"), value("force-bias", "b"))
+        && (0.0..lasts).contains(&(bias / rate))
+    {
+        findings.retain(|f| f.cause != "force-bias");
+    }
+    findings
+}
+
+/// Time from the beginning of the capture to its last touch, s.
+fn lasts(family: &dyn Family) -> f64 {
+    let groups = 0..family.groups().len();
+    let times = groups.flat_map(|g| family.covariates(g).into_iter().filter(|c| c.0 == TIME));
+    times.flat_map(|c| c.2).filter(|t| t.is_finite()).fold(0.0, f64::max)
 }
 
 /// How far above what any other touch reads the end of a range lies that only the first shows.
@@ -176,6 +200,16 @@ mod tests {
             [both([0.02, -0.021]), both([-0.02, 0.02]), both([0.02, 0.02])],
             [1, 1, 2]
         );
+    }
+
+    #[test]
+    fn what_a_drift_came_to_before_the_first_touch_is_no_bias() {
+        let both = |bias: f64| {
+            let mut all = vec![found("force-drift", "d", 2e-3), found("force-bias", "b", bias)];
+            all.iter_mut().for_each(|f| f.place = "sensor".into());
+            begun_before(all, 60.0).len()
+        };
+        assert_eq!([both(0.1), both(0.2), both(-0.1)], [1, 2, 2]);
     }
 
     #[test]

@@ -51,7 +51,7 @@ pub const FORETOLD: &str = "predicted size";
 const HEADING: &str = "heading";
 const POSITION: &str = "joint position";
 const SPEED: &str = "joint speed";
-const TIME: &str = "time since the capture began";
+pub const TIME: &str = "time since the capture began";
 const DEPTH: &str = "depth";
 pub const RATE: &str = "rate of the press";
 

@@ -76,7 +76,7 @@ impl Loads {
     pub fn named(&mut self, family: &dyn Family, ladder: &Ladder) -> Vec<Finding> {
         self.note(family, ladder);
         let mut findings = named::findings(family, ladder);
-        self.overruled |= findings.is_empty() && !ladder.taken.is_empty();
+        self.overruled |= findings.is_empty() && named::some_stand_out(family, ladder);
         self.profiles.extend(profiles(family, ladder, &findings));
         if !findings.is_empty() {
             self.budgets.extend(budget(family, ladder));

@@ -67,6 +67,12 @@ fn foretells_nothing(gain: &Gain) -> bool {
 /// Error over the noise up to which a damping may be no more than the jump with which it begins.
 const BURIED: f64 = 1.05;
 
+/// Whether one of the laws takes away more than how the tool meets the surface.
+pub fn some_stand_out(family: &dyn Family, ladder: &Ladder) -> bool {
+    let stands = |t: &Taken| t.told.as_ref().is_none_or(|gain| !jumps(&family.laws()[t.law], gain));
+    ladder.taken.iter().any(stands)
+}
+
 /// Whether it is a damping that takes away nothing but how the tool meets the surface: of how that is the model knows little.
 fn jumps(law: &Law, gain: &Gain) -> bool {
     let buried = gain.noise.is_some_and(|noise| gain.rmse_before <= BURIED * noise);

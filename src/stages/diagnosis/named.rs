@@ -267,4 +267,23 @@ mod tests {
         // All that is left is noise: they could not tell.
         assert!(!foretells_nothing(0.0133, 0.0131) && !foretells_nothing(0.05, 0.03));
     }
+
+    #[test]
+    fn a_damping_is_buried_where_nothing_was_above_the_noise() {
+        let of = |cause: &'static str| Law {
+            cause,
+            place: "pad".into(),
+            form: 0,
+            parameters: Vec::new(),
+            amplitudes: 0,
+            grid: Vec::new(),
+            words: "",
+        };
+        let told = |before: f64| Gain {
+            noise: Some(0.01),
+            ..gain("force", "N", [before, 0.009], Vec::new())
+        };
+        assert!(jumps(&of("elastic-damping"), &told(0.0101)));
+        assert!(!jumps(&of("elastic-damping"), &told(0.02)) && !jumps(&of("preload"), &told(0.0101)));
+    }
 }

@@ -60,7 +60,7 @@ fn lasts(family: &dyn Family) -> f64 {
     times.flat_map(|c| c.2).filter(|t| t.is_finite()).fold(0.0, f64::max)
 }
 
-/// How far above what any other touch reads the end of a range lies that only the first shows.
+/// How far above what any other touch reads the end of a range lies that only one shows.
 const BEYOND: f64 = 1.05;
 
 /// A bond that only the first touch meets may give otherwise than the law has it; that this one alone is cut off shows no end of a range.

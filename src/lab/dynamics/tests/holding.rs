@@ -40,6 +40,21 @@ fn a_lift_reads_weight_and_the_moment_of_a_centre_of_mass_off_the_grip() {
 }
 
 #[test]
+fn the_slope_of_a_table_pulls_along_what_stands_on_it_and_not_what_is_raised() {
+    let across = |slope: &str| {
+        let seen = play(&format!(
+            "{slope}{BLOCK}[[action]]\nkind = 'lift'\nname = 'l'\ntarget = 'block'\nat = [0.0, 0.0, 0.045]\nheight = 0.05\n"
+        ));
+        let force = mean(&seen.force_time, &seen.force, 2.0, 2.4);
+        force.xy().norm() / force.z
+    };
+    let level = across("");
+    assert!((across("support = { tilt = [0.1, 0.0] }\n") - level).abs() < 1e-3);
+    // Gravity that points elsewhere is read wherever a thing is.
+    assert!((across("gravity = [0.98, 0.0, -9.76]\n") - 0.1).abs() < 5e-3);
+}
+
+#[test]
 fn a_press_reads_stiffness_times_depth_and_the_body_stays() {
     let light = BLOCK.replace("1250.0", "90.0");
     let foam = "foam = { stiffness = 1500.0, damping = 3.0 }\n";

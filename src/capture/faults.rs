@@ -11,6 +11,21 @@ pub struct SensorFaults {
     pub stray_positions: Option<(usize, usize)>,
     /// The end of the range of the force sensor, where readings stand at it.
     pub clipped: Option<Clipped>,
+    /// A frequency at which readings of force swing whatever is touched.
+    pub hum: Option<Hum>,
+}
+
+/// One frequency in nearly all readings of a force sensor.
+#[derive(Clone, Debug)]
+pub struct Hum {
+    /// Hz.
+    pub frequency: f64,
+    /// Half of how far it swings, N.
+    pub amplitude: f64,
+    /// Power over that of the neighbourhood, in the middle stream.
+    pub ratio: f64,
+    /// It stands out in so many streams of so many.
+    pub streams: [usize; 2],
 }
 
 /// Readings at the end of the range of a force sensor.

@@ -27,7 +27,7 @@ mod streams;
 mod table;
 mod write;
 
-pub use faults::{Clipped, SensorFaults, Strays};
+pub use faults::{Clipped, Hum, SensorFaults, Strays};
 pub use frames::read_frame;
 pub use images::color_png;
 pub use inspect::inspect;

@@ -11,6 +11,7 @@ mod random_effects;
 mod robust;
 mod rotation;
 mod smoothing;
+mod spectrum;
 mod turning;
 
 pub use correlated::{
@@ -26,4 +27,5 @@ pub use random_effects::{Marginal, Pooled, normalised, random_effects, random_ef
 pub use robust::{mad_sd, median, quantile, trimmed_mean};
 pub use rotation::{mean_rotation, rotation_centre};
 pub use smoothing::{LocalFit, interpolate, local_quadratic};
+pub use spectrum::{CommonLine, Grid, Spectrum};
 pub use turning::{Turned, turned_displacement};

@@ -146,8 +146,7 @@ pub fn diagnose(
         _ => base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)), config),
     };
     base.tests = [whiteness(&traces), curves.tests].concat();
-    let lost = rounded_away(faults);
-    let swings = swinging((raw, segmented, model), lost, (&mut findings, &mut base));
+    let swings = swinging((raw, segmented, model), faults, (&mut findings, &mut base));
     let left = !swings.is_empty() || curves.left;
     let verdict = concluded(&traces, &mut findings, (left, curves.overruled), config);
     let depends = [swings, curves.left_against].concat();

@@ -5,9 +5,10 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::shaking::{Grid, shaken, spectrum, stretch, tell_beside};
-use crate::capture::{Capture, Interaction, Kind, Segmented};
-use crate::math::{interpolate, median, weighted_linear};
+use super::sensor::rounded_away;
+use super::shaking::{shaken, stretch, tell_beside};
+use crate::capture::{Capture, Interaction, Kind, Segmented, SensorFaults};
+use crate::math::{Grid, Spectrum, interpolate, median, weighted_linear};
 use crate::twin::{BaseFit, Evidence, Finding, Model};
 
 /// Shortest wavelength that is tried, m; what sticks and slips on a soft finger has shorter ones.
@@ -57,19 +58,19 @@ impl Ripple {
     }
 }
 
-/// What swings with the clock or with the way, told beside what the plain model leaves; rounding takes `lost` (N, standard deviation)
-/// from what is read.
+/// What swings with the clock or with the way, told beside what the plain model leaves.
 pub fn swinging(
     of: (&Capture, &[Segmented], &Model),
-    lost: f64,
+    faults: &SensorFaults,
     (findings, base): (&mut [Finding], &mut BaseFit),
 ) -> Vec<Evidence> {
-    let shakes = shaken(of.0, of.1, (&mut *findings, &mut *base));
-    let ripples = rippled(of, lost, (findings, base));
+    let shakes = shaken((of.0, of.1), faults, (&mut *findings, &mut *base));
+    let ripples = rippled(of, rounded_away(faults), (findings, base));
     shakes.into_iter().chain(ripples).collect()
 }
 
 /// A force that swings with the way, if one does: it is told beside what the plain model leaves, and makes what was named less sure.
+/// Rounding takes `lost` (N, standard deviation) from what is read.
 fn rippled(
     (capture, segmented, model): (&Capture, &[Segmented], &Model),
     lost: f64,
@@ -126,7 +127,7 @@ fn ripple_of(interaction: &Interaction, noise: f64) -> Option<Ripple> {
         step: 1.0 / (FINE * way),
     };
     let over = (ways, forces);
-    let spectrum = spectrum(&over, grid)?;
+    let spectrum = Spectrum::of(&over.0, &over.1, grid)?;
     let (top, power) = (0..spectrum.power.len())
         .map(|k| (k, spectrum.power[k]))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::ceiling::ceiling_of;
 use super::clipped::clipped_of;
+use super::hum::hum_of;
 use crate::capture::{Capture, Interaction, Kind, SensorFaults, Strays};
 use crate::math::{mad_sd, median, quantile};
 
@@ -44,13 +45,16 @@ const HOPS: usize = 10;
 pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
     let forces: Vec<Judged> = capture.interactions.iter().map(|i| Judged::of(&forces_of(i))).collect();
     let level = level_of(&forces);
-    let strays = strays_of(capture, &forces, level);
+    let hum = hum_of(capture);
+    // The tops of a hum are far from the readings about them.
+    let strays = strays_of(capture, &forces, level).filter(|_| hum.is_none());
     let tracks = tracks_stray(capture);
     let faults = SensorFaults {
         rounding: rounding_of(capture, level.unwrap_or(0.0)),
         strays,
         stray_positions: tracks.map(|t| t.1),
         clipped: clipped_of(capture).or_else(|| ceiling_of(capture)),
+        hum,
     };
     if faults.strays.is_none() && tracks.is_none() && faults.clipped.is_none() {
         return (None, faults);

@@ -20,6 +20,7 @@ use super::missed::where_left;
 use super::motions::{Motions, of_all_joints};
 use super::naming::{NAMED, climb};
 use super::offset::centre_findings;
+use super::one_way::one_way;
 use super::onset::{Onset, onset_findings, onsets};
 use super::play::play_findings;
 use super::predict::trace_of;
@@ -273,6 +274,7 @@ fn name_causes(
     findings.extend(told);
     without_what_follows(findings);
     told_aloft(capture, segmented, findings);
+    loads.left_beside(pushes.as_ref().and_then(|p| one_way(p, (capture, model), findings)));
     if let Some(lag) = lag {
         findings.push(lag.finding());
     } else {

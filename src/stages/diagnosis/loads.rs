@@ -115,6 +115,13 @@ impl Loads {
         findings
     }
 
+    /// What has no name, beside what was named.
+    pub fn left_beside(&mut self, told: Option<Evidence>) {
+        self.left |= told.is_some();
+        self.tests.extend(told.clone());
+        self.left_against.extend(told);
+    }
+
     /// The curves of a joint that was moved, as the plain model and the whole of a ladder have them.
     pub fn of_joint(&mut self, joint: &Motions, ladder: &Ladder) {
         let curves = |fit: &Fit| {

@@ -53,6 +53,7 @@ mod named;
 mod naming;
 mod offset;
 mod once;
+mod one_way;
 mod onset;
 mod play;
 mod predict;

@@ -33,8 +33,9 @@ const SETTLED: f64 = 1e-4;
 const EVEN: f64 = 0.01;
 /// What it leaves open of the force that speeds the mass up: when exactly the tool did is known less well.
 const HURRIED: f64 = 0.5;
-/// How well the direction of the surface at the contact is known, rad.
+/// How well the direction of the surface at the contact is known, rad; and the way along which a hand leads that holds on.
 const DIRECTION: f64 = 0.15;
+const LED: f64 = 0.03;
 /// Pushes that tell what blow is usual.
 const FEW: usize = 4;
 /// A blow this many times the usual one of its speed may still be one.
@@ -87,6 +88,15 @@ pub struct State {
     pub tool: UnitQuaternion<f64>,
     /// By how much the tool is turned about the normal from how it was held before, rad; nought in what was measured.
     pub twist: f64,
+    /// A hand holds it rigidly, and leads it.
+    pub led: bool,
+}
+
+impl State {
+    /// How far the direction of the force goes astray, as a share of that of a force through a surface that is known so well.
+    pub fn astray(&self) -> f64 {
+        if self.led { LED / DIRECTION } else { 1.0 }
+    }
 }
 
 /// One push, ready for the family.
@@ -332,6 +342,7 @@ fn moments(
             phases: [0.0; 2],
             tool: tool_turn(interaction, *t),
             twist: 0.0,
+            led: interaction.tool.as_ref().is_some_and(|t| t.grip),
         });
     }
     (states, measured, slip)
@@ -361,7 +372,7 @@ fn channels(states: &[State], measured: &[Vector2<f64>], spread: &[f64], along: 
 /// What the plain model leaves open on purpose of the force along and across, N, beside the spread of each mean.
 pub fn doubts(states: &[State], spread: &[f64], kind: usize) -> Vec<f64> {
     let doubt = |(s, spread): (&State, &f64)| {
-        let share = if kind == 1 { DIRECTION } else { EVEN };
+        let share = if kind == 1 { DIRECTION * s.astray() } else { EVEN };
         let own = if s.contact { share * s.force.norm() } else { 0.0 };
         own.hypot(s.ringing).hypot(HURRIED * s.inertia).hypot(*spread)
     };

@@ -134,6 +134,7 @@ impl Pushes {
             phases: [0.0; 2],
             tool: moved.first().map_or_else(UnitQuaternion::identity, |s| s.tool),
             twist: touch.turned,
+            led: false,
         };
         let mut edges: Vec<f64> = EDGES.to_vec();
         while edges.last().is_some_and(|e| e + WIDTH < touch.travel) {

@@ -288,15 +288,13 @@ impl Family for Pushes {
                 push_laws::viscous(a, s, &mut viscous);
                 viscous += push_laws::loose(a, states, i, load);
             }
-            let force = if s.contact {
-                push_laws::held(
-                    &(s.force * (level * share * loaded) + s.heading * (viscous + s.inertia)),
-                    &table,
-                )
-            } else {
-                Vector2::zeros()
+            let rubs = s.force * (level * share * loaded) + s.heading * (viscous + s.inertia);
+            let force = match s.contact {
+                true if s.led => rubs + table,
+                true => push_laws::held(&rubs, &table),
+                false => Vector2::zeros(),
             };
-            let turned = force + Vector2::new(-force.y, force.x) * scatter[3];
+            let turned = force + Vector2::new(-force.y, force.x) * (scatter[3] * s.astray());
             let mut read = turned + offset;
             for a in active {
                 read = push_laws::read(a, read, &along);

@@ -166,6 +166,47 @@ fn a_cause_that_only_mimics_the_true_one_is_not_told_as_the_whole() {
     }
 }
 
+/// A slope pulls across the way as well as along it; friction that is larger one way than back does not.
+#[test]
+fn friction_that_is_larger_one_way_is_no_slope() {
+    let ratchet = probed("probe-pushes", "outside-ratchet", 144_003).diagnosis;
+    assert_eq!(ratchet.verdict, Verdict::Unknown);
+    assert!(
+        ratchet.left.iter().any(|e| e.words.contains("one way")),
+        "{:?}",
+        ratchet.left
+    );
+    assert!(
+        ratchet.findings.iter().all(|f| f.probability < 0.5),
+        "{:?}",
+        ratchet.findings
+    );
+    let slope = probed("probe-pushes", "support-tilt", 144_003).diagnosis;
+    assert_ne!(slope.verdict, Verdict::Unknown);
+    assert_eq!(slope.findings.first().map(|f| f.cause.as_str()), Some("support-tilt"));
+}
+
+/// Readings of a sensor on the mains are none that are far off, and what is read is not as it should be.
+#[test]
+fn a_sensor_that_hums_has_no_strays_and_no_name() {
+    let mut capture = captured("probe-pushes", "none", 21);
+    for (stream, phase) in capture.interactions.iter_mut().zip(0..) {
+        for (t, f) in stream.force.iter_mut().flat_map(|s| s.time.iter().zip(&mut s.force)) {
+            f.x += 0.1 * (std::f64::consts::TAU * 50.0 * t + f64::from(phase)).sin();
+        }
+    }
+    let told = build(&capture, &Options::default(), &Progress::silent())
+        .expect("a twin")
+        .diagnosis;
+    assert_eq!(told.verdict, Verdict::Unknown);
+    assert!(told.left.iter().any(|e| e.words.contains("50.0 Hz")), "{:?}", told.left);
+    assert!(
+        told.findings.iter().all(|f| f.cause != "outliers"),
+        "{:?}",
+        told.findings
+    );
+}
+
 #[test]
 fn what_softens_with_use_needs_no_second_name() {
     for (strength, seed) in [(2.5, 5), (2.0, 6)] {

@@ -24,7 +24,7 @@ pub fn concluded(
     let as_foretold = verdict(traces, config);
     let wanting = as_foretold == Verdict::Unknown && beside_the_point(traces, findings, config);
     let verdict = match as_foretold {
-        _ if left || wanting || (overruled && findings.is_empty()) => Verdict::Unknown,
+        _ if left || wanting || (overruled && findings.iter().all(of_the_beginning)) => Verdict::Unknown,
         _ if findings.iter().any(|f| f.probability < SURE) => Verdict::Ambiguous,
         // What was taken out, or read, before anything was foretold does not explain what is left.
         Verdict::Unknown if findings.iter().all(|f| taken_out(f) || before_the_touch(f)) => Verdict::Unknown,
@@ -34,6 +34,12 @@ pub fn concluded(
     let share = if wanting { WANTING * HELD } else { HELD };
     findings.iter_mut().for_each(|f| f.less_likely(share));
     verdict
+}
+
+/// Whether a finding is of how a touch begins or of readings that were left out, which is no reason for what a touch leaves as a whole.
+fn of_the_beginning(finding: &Finding) -> bool {
+    let such = ["presliding", "contact-law"].contains(&finding.cause.as_str());
+    such || taken_out(finding) || before_the_touch(finding)
 }
 
 /// Whether none of the findings bears on what is foretold wrongly.

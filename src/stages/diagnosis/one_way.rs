@@ -51,7 +51,8 @@ pub(super) fn one_way(
         })
         .collect();
     let (share, sd) = borne_out(&touches)?;
-    if share > NONE || 0.5 - share < CLEAR * sd {
+    let refuted = share < NONE && 0.5 - share > CLEAR * sd;
+    if !refuted {
         return None;
     }
     finding.less_likely(REFUTED);

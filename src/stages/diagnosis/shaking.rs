@@ -31,6 +31,8 @@ const STANDS_OUT: f64 = 4.0;
 /// stands out: of 900 captures of five engines and of real scenes none in which nothing shakes came to it, but one that sticks and
 /// slips.
 const CLEAR: [(f64, f64); 2] = [(60.0, 0.75), (100.0, 0.6)];
+/// Friction that falls as it slides faster sticks and slips on a finger that gives, at one frequency.
+const STICKS_AND_SLIPS: [&str; 2] = ["velocity-weakening-friction", "rate-state-friction"];
 /// What is left of the odds of a name beside it: a law that swings with it, by chance, is soon found.
 const PART: f64 = 0.5;
 
@@ -92,7 +94,8 @@ pub fn shaken(
     faults: &SensorFaults,
     (findings, base): (&mut [Finding], &mut BaseFit),
 ) -> Option<Evidence> {
-    let found = shaking(capture, segmented).map(|s| s.evidence());
+    let slips = findings.iter().any(|f| STICKS_AND_SLIPS.contains(&f.cause.as_str()));
+    let found = shaking(capture, segmented).filter(|_| !slips).map(|s| s.evidence());
     let found = found.or_else(|| faults.hum.as_ref().map(hums));
     tell_beside(found, (findings, base))
 }

@@ -38,7 +38,7 @@ const READINGS: usize = 3;
 /// Fewest starts, and the share of all that have to lag.
 const FEWEST: usize = 4;
 const COMMON: f64 = 0.7;
-/// The least and the longest lag, s: of what true ones were found of four worlds none was below 40 ms, clean hinges came to 15 and 17 ms.
+/// The least and the longest lag, s: no true one that was found was below 40 ms, hinges without came to 15, 17 and 19 ms.
 const RANGE: [f64; 2] = [20e-3, 0.2];
 /// Share of the squares that it may leave, and by how many times another rule has to leave more.
 const LEAVES: f64 = 0.12;

@@ -79,8 +79,9 @@ const EVERYWHERE: [&str; 7] = [
     "velocity-weakening-friction",
 ];
 /// Share of the gain of a cause below which a cause of the same kind is a matter of its form; one of another kind; and one that acts
-/// everywhere beside one that acts at a place.
-const MISSHAPEN: (f64, f64, f64) = (0.2, 0.05, 0.02);
+/// everywhere beside one that acts at a place, and where nothing is left with it: what is the same all over one touch gains little by
+/// each, and no form of a place makes it differ from touch to touch.
+const MISSHAPEN: (f64, f64, [f64; 2]) = (0.2, 0.05, [0.02, 0.005]);
 
 /// Causes whose laws are smooth in speed: two of them take any form.
 const OF_SPEED: [&str; 3] = ["velocity-weakening-friction", "viscous-friction", "rate-state-friction"];
@@ -129,7 +130,9 @@ pub fn may_be_form<'a>(cause: &str, gain: f64, whole: bool, mut taken: impl Iter
     let share = |other: &str| match () {
         () if alike(other) && whole && !of_one_form(&[cause, other]) => MISSHAPEN.1,
         () if alike(other) => MISSHAPEN.0,
-        () if EVERYWHERE.contains(&cause) && (LOCAL.contains(&other) || WIDE.contains(&other)) => MISSHAPEN.2,
+        () if EVERYWHERE.contains(&cause) && (LOCAL.contains(&other) || WIDE.contains(&other)) => {
+            MISSHAPEN.2[usize::from(whole)]
+        }
         () => MISSHAPEN.1,
     };
     taken.any(|(other, before)| gain < share(other) * before)
@@ -161,5 +164,6 @@ mod tests {
             assert!(!may_be_form(everywhere, 56.0, false, notch()) && may_be_form(everywhere, 36.0, false, notch()));
         }
         assert!(may_be_form("backlash", 56.0, false, notch()));
+        assert!(!may_be_form("joint-damping", 20.0, true, notch()) && may_be_form("joint-damping", 8.0, true, notch()));
     }
 }

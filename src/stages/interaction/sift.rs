@@ -371,8 +371,9 @@ mod tests {
             for (k, interaction) in capture.interactions.iter_mut().enumerate() {
                 let stream = interaction.force.as_mut().expect("a force");
                 stream.time.truncate(150);
-                // As noisy in every block.
-                let noise = |i: usize| 3e-3 * ((i * 5 + k) % 7) as f64;
+                // As noisy in every block, and of no one frequency.
+                let dice = |i: usize| ((i + 151 * k) as f64 * 12.9898).sin() * 43758.5453;
+                let noise = |i: usize| 0.02 * (dice(i) - dice(i).floor());
                 stream.force = (0..150).map(|i| Vector3::new(0.0, noise(i), 0.0)).collect();
                 stream.force[if stray { 20 } else { 73 }].y += 2.0;
                 stream.force[75..].iter_mut().for_each(|f| f.y += 3.0);

@@ -371,9 +371,9 @@ mod tests {
             for (k, interaction) in capture.interactions.iter_mut().enumerate() {
                 let stream = interaction.force.as_mut().expect("a force");
                 stream.time.truncate(150);
-                // As noisy in every block, and of no one frequency.
-                let dice = |i: usize| ((i + 151 * k) as f64 * 12.9898).sin() * 43758.5453;
-                let noise = |i: usize| 0.02 * (dice(i) - dice(i).floor());
+                // As noisy in every block, the same seven values in ever another order: of no one frequency.
+                let order = |i: usize| (i % 7) * (1 + (3 * (i / 7) + k) % 6) + 5 * (i / 7) + 2 * k;
+                let noise = |i: usize| 3e-3 * (order(i) % 7) as f64;
                 stream.force = (0..150).map(|i| Vector3::new(0.0, noise(i), 0.0)).collect();
                 stream.force[if stray { 20 } else { 73 }].y += 2.0;
                 stream.force[75..].iter_mut().for_each(|f| f.y += 3.0);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use palpate::base::{Notices, Progress, Seed, rng_for};
 use palpate::capture::Capture;
-use palpate::lab::{Scene, hide_by_word, scene_named, synthesise};
+use palpate::lab::{ActionSpec, Scene, hide_by_word, scene_named, synthesise};
 use palpate::pipeline::{Options, Pass, Run, build, judge};
 use palpate::twin::{CAUSES, Verdict};
 use rand::Rng;
@@ -184,6 +184,44 @@ fn friction_that_is_larger_one_way_is_no_slope() {
     let slope = probed("probe-pushes", "support-tilt", 144_003).diagnosis;
     assert_ne!(slope.verdict, Verdict::Unknown);
     assert_eq!(slope.findings.first().map(|f| f.cause.as_str()), Some("support-tilt"));
+}
+
+/// A hand that pulls a box along eight ways, whose sensor reads a part of the force across it too, and one that does not.
+#[test]
+fn what_a_hand_reads_across_its_way_counts() {
+    let mut scene = scene_named("probe-pushes").expect("a built-in scene");
+    scene.action.retain(|a| matches!(a, ActionSpec::Lift { .. }));
+    scene.action.extend((0..8_u8).map(|k| {
+        // To and fro, so that it stays on the table.
+        let angle = std::f64::consts::FRAC_PI_4 * f64::from(k) + std::f64::consts::PI * f64::from(k % 2);
+        ActionSpec::Pull {
+            name: format!("pull-{k}"),
+            target: "box".into(),
+            at: [0.0, 0.0, 0.03],
+            direction: [angle.cos(), angle.sin(), 0.0],
+            travel: 0.05,
+            speed: if k % 4 < 2 { 0.03 } else { 0.06 },
+            pin: false,
+            down: 0.0,
+            arc: false,
+            back: false,
+            held_out: false,
+        }
+    }));
+    let made = synthesise(&scene, Path::new("."), Seed(3), &Progress::silent()).expect("a capture");
+    for leak in [0.0, 0.06] {
+        let mut capture = made.capture.clone();
+        for f in capture
+            .interactions
+            .iter_mut()
+            .flat_map(|i| i.force.iter_mut().flat_map(|s| &mut s.force))
+        {
+            (f.x, f.y) = (f.x - leak * f.y, f.y + leak * f.x);
+        }
+        let run = build(&capture, &Options::default(), &Progress::silent()).expect("a twin");
+        let expected: &[&str] = if leak > 0.0 { &["force-crosstalk"] } else { &[] };
+        assert_eq!(named(&run), expected);
+    }
 }
 
 /// Readings of a sensor on the mains are none that are far off, and what is read is not as it should be.

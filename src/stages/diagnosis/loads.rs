@@ -29,7 +29,7 @@ const SMALL_PART: [f64; 2] = [0.25, 0.1];
 /// Share of the error that is most of it.
 const MOST: f64 = 0.6;
 /// Share of the error that several names take away if they are a whole explanation, and how far above the noise is what a part leaves: of
-/// 110 captures of two outside worlds and of the lab that were named rightly and called explained none came short of both, nor of so
+/// 104 captures of two outside worlds and of the lab that were named rightly and called explained none came short of both, nor of so
 /// much with one name; a tin on a slope in MuJoCo did with one.
 const WHOLE: (f64, f64) = (0.5, 4.0);
 
@@ -223,4 +223,40 @@ pub(super) fn or_load(mut trace: Trace, loads: &[Load], hangs: bool) -> Trace {
 pub(super) fn or_toss(trace: Trace, tosses: &[Trace]) -> Trace {
     let own = tosses.iter().find(|t| t.interaction == trace.interaction);
     own.cloned().unwrap_or(trace)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::told::{Told, gain};
+    use super::*;
+    use crate::base::Estimate;
+
+    fn named(unit: &str, [before, after]: [f64; 2]) -> Finding {
+        let mut gain = gain("what is off", unit, [before, after], Vec::new());
+        gain.noise = Some(0.01);
+        Told {
+            cause: "bump",
+            place: "support",
+            probability: 1.0,
+            rivals: &[],
+            parameter: ("a", Estimate::measured(1.0, 0.1, "1", Vec::new(), "pushes")),
+            residual: "force",
+            statistic: 9.0,
+            words: String::new(),
+            gain,
+        }
+        .finding()
+    }
+
+    #[test]
+    fn what_all_names_take_away_is_counted_from_the_first_to_the_last_of_a_load() {
+        let forces = [named("N", [0.2, 0.15]), named("N", [0.15, 0.12])];
+        let (share, stays) = explained_in_all(&forces).expect("a share");
+        assert!(
+            (share - 0.4).abs() < 1e-9 && (stays - 12.0).abs() < 1e-9,
+            "{share} {stays}"
+        );
+        assert!(explained_in_all(&[named("m", [0.2, 0.15])]).is_none());
+        assert!(explained_in_all(&[]).is_none());
+    }
 }

@@ -4,7 +4,7 @@
 //! against it across the way too, or what it pushes slips aside; friction is always straight against the slip. So the part of the force
 //! across the slip tells them apart, whatever the contact is: it is what gravity adds, and nothing of the friction.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use super::pushes::Pushes;
 use super::shaking::stretch;
@@ -95,8 +95,8 @@ fn across(interaction: &Interaction, pushes: &Pushes, model: &Model, added: Vect
     let (times, forces) = stretch(interaction, ENDS)?;
     let name = interaction.target.as_ref()?;
     let (track, link) = (interaction.tracks.get(name)?, model.twin.link(name)?);
-    let middle = nalgebra::Vector3::from(link.com.as_ref().map_or([0.0; 3], |c| c.value));
-    let flat = |v: &nalgebra::Vector3<f64>| Vector2::new(v.dot(&pushes.plane[0]), v.dot(&pushes.plane[1]));
+    let middle = Vector3::from(link.com.as_ref().map_or([0.0; 3], |c| c.value));
+    let flat = |v: &Vector3<f64>| Vector2::new(v.dot(&pushes.plane[0]), v.dot(&pushes.plane[1]));
     let place = |t: f64| {
         let near = (0..track.len()).filter(|i| (track.time[*i] - t).abs() <= SMOOTH);
         let placed = near.filter_map(|i| {

@@ -49,3 +49,34 @@ fn beside_the_point(traces: &[Trace], findings: &[Finding], config: &Config) -> 
     findings.iter().all(hardly_felt) && !forces_fit(traces, config)
         || findings.iter().all(moves_nothing) && !ways_fit(traces, config)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::told::{Told, gain};
+    use super::*;
+    use crate::base::Estimate;
+
+    fn named(cause: &str) -> Finding {
+        Told {
+            cause,
+            place: "support",
+            probability: 1.0,
+            rivals: &[],
+            parameter: ("a", Estimate::measured(1.0, 0.1, "1", Vec::new(), "pushes")),
+            residual: "force",
+            statistic: 9.0,
+            words: String::new(),
+            gain: gain("force", "N", [1.0, 0.1], Vec::new()),
+        }
+        .finding()
+    }
+
+    #[test]
+    fn what_begins_a_touch_is_no_reason_for_what_it_leaves_as_a_whole() {
+        let said =
+            |cause: &str, overruled: bool| concluded(&[], &mut [named(cause)], (false, overruled), &Config::default());
+        assert_eq!(said("presliding", true), Verdict::Unknown);
+        assert_eq!(said("presliding", false), Verdict::Explained);
+        assert_eq!(said("bump", true), Verdict::Explained);
+    }
+}

@@ -1,7 +1,7 @@
 //! A sensor that hums: one frequency in nearly all readings, whatever is touched.
 //!
-//! Mains and motors are faster than what shakes under a touch, and short touches of fast sensors show them in single readings: about a
-//! tenth of a period apart those look like strays.
+//! Mains and motors are faster than what shakes under a touch. Where a period is of few readings, its tops are far from the readings about
+//! them, and looked like strays.
 
 use nalgebra::Vector3;
 

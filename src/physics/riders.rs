@@ -16,7 +16,9 @@ pub fn riders(model: &Model, link: &str, start: &BTreeMap<String, Pose>) -> Vec<
     while let Some(carrier) = carriers.pop() {
         for (body, upper) in model.twin.links() {
             let name = &upper.name;
-            if name == link || found.contains(name) || body.links.iter().any(|l| l.name == carrier) {
+            // What has no place while others have one is not there.
+            let there = start.is_empty() || start.contains_key(name);
+            if name == link || !there || found.contains(name) || body.links.iter().any(|l| l.name == carrier) {
                 continue;
             }
             let mut between = model.twin.relations.iter();

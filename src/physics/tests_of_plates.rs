@@ -96,4 +96,7 @@ fn what_stands_on_another_rides_on_it_though_no_touch_told_a_bond() {
     start.insert("above".into(), put(0.5, 0.04));
     start.insert("beside".into(), put(0.01, 0.12));
     assert_eq!(riders(&model, "box", &start), ["beside"]);
+    // What has no place is not there.
+    start.remove("beside");
+    assert!(riders(&model, "box", &start).is_empty());
 }

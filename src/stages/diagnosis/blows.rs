@@ -4,6 +4,7 @@
 //! speed whose overshoot is another tell the excess, where the swings that follow hide it in what comes after.
 
 use super::pushes::Pushes;
+use super::rested::aged;
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::math::{mad_sd, median};
@@ -91,7 +92,8 @@ pub fn blow_findings(pushes: &Pushes, named: &[Finding]) -> Vec<Finding> {
         let whole = |b: &&Blow| b.came > 0.0 && b.level > WHOLE * usual;
         let own: Vec<&Blow> = own().filter(whole).collect();
         // By whichever speed it was met with.
-        bond(&own, &|b| b.came).and_then(|_| bond(&own, &Blow::pace))
+        let bond = bond(&own, &|b| b.came).and_then(|_| bond(&own, &Blow::pace));
+        bond.or_else(|| aged(&own))
     };
     (0..pushes.names.len()).filter_map(one).collect()
 }

@@ -6,6 +6,7 @@ use super::fit::Fit;
 use super::held_out::left;
 use super::marginal::weights;
 use super::motion_laws::Moved;
+use super::motion_led::led;
 use super::motions::{EVEN, Motions};
 use crate::capture::{Capture, Interaction, Segmented, position_noise};
 use crate::math::{median, quantile};
@@ -16,12 +17,12 @@ use crate::twin::{Joint, JointKind, Model};
 pub(super) const BIN: f64 = 0.04;
 /// Half the span of the parabola from which velocities come: at first, at least, at most, s, and as a share of the
 /// time that the motion takes from end to end.
-const HALF: [f64; 3] = [0.08, 0.04, 0.4];
+pub(super) const HALF: [f64; 3] = [0.08, 0.04, 0.4];
 const SHARE: f64 = 0.1;
 /// Where the speed changes by more than this share within its span a shorter one does: that whose speed is noisy by this share of
 /// the usual one, if it is shorter by a factor. Of spans up to so many seconds, those of fast motions, starts are no longer.
 const CHANGES: f64 = 0.25;
-const NOISY: f64 = 0.04;
+pub(super) const NOISY: f64 = 0.04;
 const BRIEF: f64 = 0.16;
 const SHORTER: f64 = 0.6;
 /// Share of the usual speed from which on a joint that set out goes, and of the way up to which it is closed.
@@ -36,7 +37,7 @@ const MIDDLE: f64 = 0.455;
 /// Forces over the end of a range that are tried for what drives the joint.
 const FORCES: [f64; 8] = [1.1, 1.3, 1.6, 2.0, 2.5, 3.2, 4.0, 6.0];
 /// A parent that moves by more than this does not stand, m.
-const STANDS: f64 = 3e-3;
+pub(super) const STANDS: f64 = 3e-3;
 /// Weight of a sample below which nothing is foretold.
 const SURE: f64 = 0.1;
 /// Seconds over which the pose is averaged that a joint's position is counted from.
@@ -165,9 +166,17 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
             zero: own.unwrap_or(0.0) * (2.0 / rested(interaction, joint)).sqrt(),
             by_hand,
         };
-        Some((read, brief))
+        let led = led(&read, (interaction, cut), joint, model);
+        Some((read, led, brief))
     };
-    let mut reads: Vec<(Read, Option<Brief>)> = capture.interactions.iter().filter_map(one).collect();
+    let each: Vec<(Read, Option<Read>, Option<Brief>)> = capture.interactions.iter().filter_map(one).collect();
+    // By the path of the tool all of them, or none: their speeds are to be of one kind.
+    let all_led = each.iter().all(|(_, led, _)| led.is_some());
+    let taken = |(read, led, brief): (Read, Option<Read>, Option<Brief>)| match led.filter(|_| all_led) {
+        Some(led) => (led, None),
+        None => (read, brief),
+    };
+    let mut reads: Vec<(Read, Option<Brief>)> = each.into_iter().map(taken).collect();
     let start = |r: &Read| r.loads.first().map_or(f64::INFINITY, |l| l.time);
     reads.sort_by(|a, b| start(&a.0).total_cmp(&start(&b.0)));
     let places = reads.iter().flat_map(|r| r.0.loads.iter().map(|l| l.position));

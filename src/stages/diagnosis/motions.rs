@@ -37,6 +37,8 @@ const RESOLVED: f64 = 0.02;
 const COARSE: f64 = 0.5;
 /// Logarithm of what a joint may rub over what is read of it where that is cut off.
 const CUT: f64 = 0.7;
+/// Standard deviations by which what is read of a joint that stands may be above its friction.
+const HELD: f64 = 2.0;
 /// Laws that the estimation of a joint knows.
 const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
@@ -291,6 +293,8 @@ impl Family for Motions {
                 } else {
                     dry * held(&m, active) + bonded(&m, active)
                 };
+                // A hand that stopped may hold all that friction can, and noise is no more friction.
+                let bound = bound + if m.still { HELD * self.sheet.kinds[0].sigma } else { 0.0 };
                 left.clamp(-bound, bound)
             } else {
                 (dry * sliding(&m, active) + bonded(&m, active)) * set_in(m.speed / base[3].exp())

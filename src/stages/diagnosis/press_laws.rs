@@ -118,6 +118,10 @@ impl Met {
 
     /// By how many seconds a lagging reading is behind an even rise where it comes to that force, in the middle of a sample.
     fn behind(&self, stiffness: f64, lag: f64, poles: u8) -> f64 {
+        // A step that was read is not behind.
+        if self.force <= 0.0 {
+            return 0.0;
+        }
         let up = self.force / (stiffness * self.speed).max(1e-9);
         // A reading never comes to more than its lag behind.
         let (mut low, mut high) = (up, up + lag);

@@ -30,11 +30,16 @@ pub(super) struct Read {
     pub told_by: f64,
 }
 
-/// How near to the surface, m, and by how much its depth changes within it, where a sample is taken in parts.
+/// How near to the surface, m, and by how much its depth changes within it, where a sample is taken in parts; by how much it does where
+/// any is; and by how much its step is another than the one before where the tool turns within it: what is dry or remembers does, too.
 const MEETS: f64 = 4e-4;
 const PASSES: f64 = 5e-5;
+const FAR: f64 = 2e-4;
 /// Force, in standard deviations, below which nothing is felt.
 const FREE: f64 = 1.5;
+/// A step of the force at first contact over the noise of a reading, and over how much it grows in one reading after it.
+const STEP_SEEN: f64 = 8.0;
+const STEP_OVER: f64 = 3.0;
 /// Seconds of one sample where the surface is looked for.
 pub(super) const FINE: f64 = 0.008;
 
@@ -71,9 +76,18 @@ impl Read {
         let felt: Vec<f64> = felt.iter().map(|f| -f.dot(&up)).collect();
         let rises = rise(&felt, fine_noise?)?;
         let at = |i: usize| interpolate(&path.time, &down, fine[i]);
-        // Where nothing was felt yet it had not met the surface.
-        let told_at = at(rises.felt)?;
-        let contact = (told_at - rises.force / stiffness).max(at(rises.free).unwrap_or(f64::NEG_INFINITY));
+        let raw = scene.interaction.force.as_ref()?;
+        let readings = raw.time.iter().zip(&raw.force).map(|(t, f)| (*t, -f.dot(&up)));
+        let around = [fine[rises.free] - FINE, fine[rises.felt] + 2.0 * FINE];
+        let window: Vec<(f64, f64)> = readings.filter(|(t, _)| (around[0]..=around[1]).contains(t)).collect();
+        let (told_at, contact) = match stepped(&window).and_then(|t| interpolate(&path.time, &down, t)) {
+            Some(there) => (there, there),
+            // Where nothing was felt yet it had not met the surface.
+            None => {
+                let (told, free) = (at(rises.felt)?, at(rises.free).unwrap_or(f64::NEG_INFINITY));
+                (told, (told - rises.force / stiffness).max(free))
+            }
+        };
         Some(Self {
             interaction: scene.interaction.name.clone(),
             held_out: scene.interaction.held_out,
@@ -101,12 +115,17 @@ impl Read {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
             (self.travel[b] - self.travel[a]) / (self.time[b] - self.time[a]).max(1e-6)
         };
+        // How much more it goes on after a sample than it did before.
+        let turns = |i: usize| {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(n - 1));
+            (self.travel[a] + self.travel[b] - 2.0 * self.travel[i]).abs()
+        };
         let moment = |i: usize| Moment {
             time: self.time[i] - zero,
             step: if i > 0 { self.time[i] - self.time[i - 1] } else { 0.0 },
             depth: self.travel[i] - self.contact,
             rate: rate(i),
-            parts: meeting(self.parts[i].map(|p| p - self.contact)),
+            parts: in_parts(self.parts[i].map(|p| p - self.contact), turns(i)),
         };
         let near = (0..n).map(|i| (moment(i), self.force[i]));
         near.filter(|(m, _)| m.depth.is_finite() && m.depth > -0.02).unzip()
@@ -123,12 +142,13 @@ fn below(shape: &ToolShape) -> f64 {
     }
 }
 
-/// Depths in parts of a sample near the surface.
-fn meeting(parts: [f64; PARTS]) -> Option<[f64; PARTS]> {
+/// Depths in parts of a sample that meets the surface, goes far within it or turns there.
+fn in_parts(parts: [f64; PARTS], turns: f64) -> Option<[f64; PARTS]> {
     let (low, high) = parts
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    (low < MEETS && high > -MEETS && high - low > PASSES && parts.iter().all(|p| p.is_finite())).then_some(parts)
+    let passes = high - low > if low < MEETS { PASSES } else { FAR };
+    (high > -MEETS && (passes || turns > PASSES) && parts.iter().all(|p| p.is_finite())).then_some(parts)
 }
 
 /// Where a force begins to rise for good.
@@ -138,6 +158,29 @@ struct Rise {
     free: usize,
     /// What it is there above the tare, N.
     force: f64,
+}
+
+/// When a force steps up from one reading (s, N) to the next, s: what is met so is met there, whatever its stiffness.
+fn stepped(readings: &[(f64, f64)]) -> Option<f64> {
+    const BEFORE: usize = 3;
+    const AFTER: usize = 5;
+    let each = (BEFORE..readings.len().saturating_sub(AFTER)).filter_map(|j| {
+        let before = &readings[..j];
+        let tare = before.iter().map(|r| r.1).sum::<f64>() / j as f64;
+        let noise = (before.iter().map(|r| (r.1 - tare).powi(2)).sum::<f64>() / (j - 1) as f64).sqrt();
+        // The reading of the step itself may be of a part of it.
+        let (start, after) = (readings[j].0, &readings[j + 1..=j + AFTER]);
+        let [t, f] =
+            [|r: &(f64, f64)| r.0, |r: &(f64, f64)| r.1].map(|of| after.iter().map(of).sum::<f64>() / AFTER as f64);
+        let spread: f64 = after.iter().map(|r| (r.0 - t).powi(2)).sum();
+        let slope = after.iter().map(|r| (r.0 - t) * (r.1 - f)).sum::<f64>() / spread.max(1e-12);
+        let step = f - slope * (t - start) - tare;
+        let gap = (readings[j + 1].0 - start).max(1e-6);
+        let sudden = step > STEP_SEEN * noise && step > STEP_OVER * slope.abs() * gap;
+        (sudden && readings[j].1 - tare > 0.5 * step && readings[j - 1].1 - tare < 0.5 * step)
+            .then(|| (step, 0.5 * (start + readings[j - 1].0)))
+    });
+    each.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
 }
 
 fn rise(force: &[f64], noise: f64) -> Option<Rise> {
@@ -154,4 +197,36 @@ fn rise(force: &[f64], noise: f64) -> Option<Rise> {
         // A force that jumps up has met the surface there; what is more than the floor is not traced back.
         force: (force[i] - tare).min(2.0 * floor),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_met_where_it_is_read_and_a_ramp_is_none() {
+        let read = |force: &dyn Fn(f64) -> f64| {
+            let one = |k: u32| {
+                let t = 0.002 * f64::from(k);
+                (t, force(t) + 0.02 * (f64::from(k * 7 % 5) - 2.0))
+            };
+            (0..20).map(one).collect::<Vec<(f64, f64)>>()
+        };
+        let ramp = |t: f64| 70.0 * (t - 0.019).max(0.0);
+        let step = |t: f64| if t > 0.019 { 3.0 + ramp(t) } else { 0.0 };
+        let told = stepped(&read(&step)).expect("a step");
+        assert!((told - 0.019).abs() < 1e-3, "{told}");
+        assert!(stepped(&read(&ramp)).is_none());
+        assert!(stepped(&read(&|_| 0.0)).is_none());
+    }
+
+    #[test]
+    fn samples_are_taken_in_parts_where_they_meet_go_far_or_turn() {
+        let parts = |from: f64, to: f64| std::array::from_fn(|k| from + (to - from) * k as f64 / (PARTS - 1) as f64);
+        assert!(in_parts(parts(-1e-4, 1e-4), 0.0).is_some());
+        assert!(in_parts(parts(2e-3, 2.1e-3), 0.0).is_none());
+        assert!(in_parts(parts(2e-3, 2.5e-3), 0.0).is_some());
+        assert!(in_parts(parts(2e-3, 2.1e-3), 1e-4).is_some());
+        assert!(in_parts(parts(-3e-3, -2e-3), 1e-3).is_none());
+    }
 }

@@ -1,6 +1,6 @@
 //! What the plain model says of the motion of a pushed body, and what the blow of the tool leaves in the force.
 
-use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector2, Vector3};
 
 use super::blows::Blow;
 use crate::capture::{Interaction, PhaseKind, PoseStream, Segmented};
@@ -227,6 +227,30 @@ pub fn going_on<'a>(
     })
 }
 
+/// How far a tool is back, or to a side, from where it stopped, m, that touches no more.
+const LEAVES: f64 = 1e-3;
+
+/// When a tool that pushed until `end` (s) leaves what it pushed, s: until then it may press on.
+pub fn leaves(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Vector2<f64>, end: f64) -> f64 {
+    let path = interaction.tool_path.as_ref();
+    path.map_or(end, |path| left_by(path, plane, along, end))
+}
+
+fn left_by(path: &PoseStream, plane: &[Vector3<f64>; 2], along: &Vector2<f64>, end: f64) -> f64 {
+    let way = plane[0] * along.x + plane[1] * along.y;
+    let from = path.time.partition_point(|t| *t < end);
+    let Some(stopped) = path.position.get(from) else {
+        return end;
+    };
+    let left = |p: &Point3<f64>| {
+        let gone = p - stopped;
+        let on = gone.dot(&way);
+        on < -LEAVES || (gone - way * on).norm() > LEAVES
+    };
+    let first = (from..path.time.len()).find(|i| left(&path.position[*i]));
+    first.map_or(f64::INFINITY, |i| path.time[i])
+}
+
 /// Seconds over which the speed of a tool is taken.
 const PACE: f64 = 0.1;
 
@@ -256,4 +280,28 @@ pub fn tool_turn(interaction: &Interaction, t: f64) -> UnitQuaternion<f64> {
         .as_ref()
         .and_then(of)
         .unwrap_or_else(UnitQuaternion::identity)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(place: impl Fn(f64) -> f64) -> PoseStream {
+        let time: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
+        PoseStream {
+            position: time.iter().map(|t| Point3::new(place(*t), 0.0, 0.0)).collect(),
+            rotation: vec![None; time.len()],
+            time,
+        }
+    }
+
+    #[test]
+    fn a_finger_leaves_when_it_goes_back_and_not_while_it_stands() {
+        let plane = [Vector3::x(), Vector3::y()];
+        let stood = path(|t| 0.05 * t.min(1.0));
+        let back = path(|t| 0.05 * t.min(1.0) - 0.05 * (t - 1.5).max(0.0));
+        assert!(left_by(&stood, &plane, &Vector2::x(), 1.0).is_infinite());
+        let left = left_by(&back, &plane, &Vector2::x(), 1.0);
+        assert!((left - 1.53).abs() < 0.02, "{left}");
+    }
 }

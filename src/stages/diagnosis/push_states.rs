@@ -8,7 +8,7 @@ use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_history::History;
 use super::push_loads::{borne, foretold_load, lade};
-use super::push_motion::{Motion, approach, going, going_on, impact, rise, tool_turn};
+use super::push_motion::{Motion, approach, going, going_on, impact, leaves, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
 use super::push_windows::windows;
 use super::rubbing::{Rubbing, rubbing};
@@ -46,6 +46,9 @@ pub const RINGING: f64 = 0.1;
 const UNEVEN: f64 = 0.25;
 /// Mean resultant length of doubled headings from which on all go along one line: half of them may be 20 degrees off the others.
 const ONE_LINE: f64 = 0.94;
+/// Seconds after which what was pushed is free, and the share of the usual force from which on a finger that stopped still presses.
+const FREED: f64 = 0.6;
+const PRESSES: f64 = 0.2;
 /// Everything that a law may depend on at one moment.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -300,6 +303,17 @@ fn moments(
     let slowly = approach(interaction, plane, along, onset).is_some_and(|v| v < STEADY * usual);
     let goes_on = going_on(interaction, plane, along);
     let pushes = |t: f64, speed: f64| goes_on.as_ref().is_none_or(|tool| tool(t) > GOES_ON * speed);
+    let usually = median(
+        &motion
+            .force
+            .iter()
+            .map(Vector2::norm)
+            .filter(|f| *f > 0.0)
+            .collect::<Vec<f64>>(),
+    );
+    let left = leaves(interaction, plane, along, touched.1);
+    // A finger that stopped may press on what sticks.
+    let free = |t: f64, f: f64| t > touched.1 + FREED && (t > left + FREED || f < PRESSES * usually.unwrap_or(0.0));
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     for (t, f) in time.iter().zip(force) {
@@ -315,7 +329,7 @@ fn moments(
         let steady = moment.speed > STEADY * usual || sets_out;
         let touches = !flies(f.norm(), moment.force.norm(), moment.speed);
         let contact = within && foretold && touches && slip > SETTLED && steady && pushes(*t, moment.speed);
-        let rest = !past.strained && (*t < onset.min(touched.0) - 0.15 || *t > touched.1 + 0.6);
+        let rest = !past.strained && (*t < onset.min(touched.0) - 0.15 || free(*t, f.norm()));
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;
         }

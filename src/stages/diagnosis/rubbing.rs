@@ -55,7 +55,11 @@ pub fn rubbing(scene: &Scene, link: &Link, gravity: f64) -> Option<Rubbing> {
 /// What rides on it where the interaction begins.
 fn riding(scene: &Scene, name: &str) -> Vec<String> {
     let rest = first_rest(scene.interaction, scene.segmented);
-    riders(scene.model, name, &start_poses(scene.interaction, rest, scene.model))
+    riders(
+        scene.model,
+        name,
+        &start_poses(scene.capture, scene.interaction, rest, scene.model),
+    )
 }
 
 /// What a single body shoved along that does not belong to it: what that adds to the force is not foretold.

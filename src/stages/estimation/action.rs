@@ -8,7 +8,7 @@ use crate::base::Pose;
 use crate::capture::{Capture, Interaction, PhaseKind, PoseStream, Segmented, ToolShape};
 use crate::math::{freed, mean_rotation, median};
 use crate::physics::{Action, Hold, ToolMotion};
-use crate::twin::Model;
+use crate::twin::{Body, Model};
 
 /// The support's normal, or straight up.
 pub fn support_normal(capture: &Capture, model: &Model) -> UnitVector3<f64> {
@@ -47,14 +47,20 @@ pub fn rest_pose(track: &PoseStream, rest: (f64, f64)) -> Option<Pose> {
 
 /// World-from-link of every link at the start of the interaction: as tracked, else carried along with its
 /// body, else as at the first view.
-pub fn start_poses(interaction: &Interaction, rest: (f64, f64), model: &Model) -> BTreeMap<String, Pose> {
+pub fn start_poses(
+    capture: &Capture,
+    interaction: &Interaction,
+    rest: (f64, f64),
+    model: &Model,
+) -> BTreeMap<String, Pose> {
     let tracked: BTreeMap<&str, Pose> = interaction
         .tracks
         .iter()
         .filter_map(|(name, t)| Some((name.as_str(), rest_pose(t, rest)?)))
         .collect();
     let mut start = BTreeMap::new();
-    for body in &model.twin.bodies {
+    let here = |body: &&Body| !taken_away(capture, interaction, body);
+    for body in model.twin.bodies.iter().filter(here) {
         let moved = body
             .links
             .iter()
@@ -68,6 +74,21 @@ pub fn start_poses(interaction: &Interaction, rest: (f64, f64), model: &Model) -
         }
     }
     start
+}
+
+/// Whether something is seen where the same thing is handled at other times, and not now that that is seen: it was taken away, or not
+/// put there yet.
+fn taken_away(capture: &Capture, interaction: &Interaction, body: &Body) -> bool {
+    let sees = |i: &Interaction| body.links.iter().any(|l| i.tracks.contains_key(&l.name));
+    let Some(target) = interaction
+        .target
+        .as_ref()
+        .filter(|t| interaction.tracks.contains_key(*t))
+    else {
+        return false;
+    };
+    let alike = |i: &&Interaction| i.target.as_ref() == Some(target) && i.tracks.contains_key(target);
+    !sees(interaction) && capture.interactions.iter().filter(alike).any(sees)
 }
 
 /// A path of the tool freed of its noise: played back, a finger that trembles would let go of what it pushes.
@@ -135,7 +156,7 @@ pub fn action_of(
                 Vec::new()
             },
         },
-        start: start_poses(interaction, first_rest(interaction, segmented), model),
+        start: start_poses(capture, interaction, first_rest(interaction, segmented), model),
         gravity: -capture.gravity.dot(&normal),
         normal,
     })

@@ -7,8 +7,8 @@ use super::facts::subject;
 use super::joint_law::Number;
 use super::joint_load::JointAtWork;
 use crate::base::{Confounded, Estimate, Status};
-use crate::capture::{Capture, Interaction, Kind, PhaseKind, PoseStream, Segmented};
-use crate::twin::{Joint, JointKind};
+use crate::capture::{Capture, Interaction, Kind, PhaseKind, PoseStream, Segmented, position_noise};
+use crate::twin::{Joint, JointKind, Model};
 
 /// How far a tool that holds something from the first row on goes alone before its force is felt, m.
 const TAKEN_ALONG: f64 = 2e-3;
@@ -64,6 +64,12 @@ pub(super) fn beside_bias(mut rest: Estimate, spring: Option<Number>, unit: &str
         experiment: "read the force before the tool takes hold, or after it has let go".into(),
     });
     rest
+}
+
+/// Noise, m, of the path of a tool that holds the child and is known more finely than the child's track; `None` where there is none.
+pub fn leading_noise(interaction: &Interaction, cut: &Segmented, joint: &Joint, model: &Model) -> Option<f64> {
+    let at_work = JointAtWork::new(interaction, cut, joint, model)?;
+    at_work.leads.map(|path| position_noise(&[path]))
 }
 
 impl JointAtWork<'_> {

@@ -67,6 +67,7 @@ pub use config::Config;
 pub use force_scale::{ForceScale, calibrate_force};
 pub use identify::identify;
 pub use inertial::{Inertial, inertial};
+pub use joint_led::leading_noise;
 pub use joint_load::{JointLoad, joint_loads, joint_loads_by_tool};
 pub use lift::{Hung, hung};
 pub use materials::{MaterialFriction, material_friction, material_table, materials_from_toml};

@@ -11,6 +11,7 @@ mod motion;
 mod preload;
 mod segment;
 mod sift;
+mod strain;
 mod strangers;
 
 pub use config::Config;

@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::strain::{pulls, strains};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 
@@ -30,6 +31,9 @@ pub fn tell_preloads(capture: &Capture, all: &mut [Segmented]) {
         .filter_map(|(i, s)| free_reading(i, s))
         .collect();
     let common = Common::of(capture, all).filter(|_| free.is_empty());
+    let held: Vec<(&Interaction, &Segmented)> = capture.interactions.iter().zip(&*all).collect();
+    let at_time = common.as_ref().map(|c| |t: f64| c.at(t));
+    let strained = free.is_empty() && strains(&held, at_time.as_ref().map(|f| f as _));
     for (interaction, own) in capture.interactions.iter().zip(all) {
         let holds = matches!(interaction.kind, Kind::Lift | Kind::Pull)
             && interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin);
@@ -40,6 +44,11 @@ pub fn tell_preloads(capture: &Capture, all: &mut [Segmented]) {
             continue;
         }
         let Some((unloaded, scatter)) = at(&free, time, rotation(interaction), noise) else {
+            if strained && pulls(interaction) {
+                own.preload = (tare.norm() > noise).then_some(tare);
+                own.force_tare = Some(Vector3::zeros());
+                continue;
+            }
             // It is the one or the other.
             if let Some(common) = common.as_ref().filter(|_| interaction.kind == Kind::Pull) {
                 let unloaded = common.at(time);
@@ -78,10 +87,11 @@ struct Common {
 impl Common {
     /// Nothing where they do not differ: then they may well be the sensor's.
     fn of(capture: &Capture, all: &[Segmented]) -> Option<Self> {
-        let held = capture.interactions.iter().zip(all).filter_map(|(i, own)| {
-            let holds = i.kind == Kind::Pull && i.tool.as_ref().is_some_and(|t| t.grip || t.pin);
-            holds.then_some((begin(i)?, own.force_tare?, own.force_noise?))
-        });
+        let held = capture
+            .interactions
+            .iter()
+            .zip(all)
+            .filter_map(|(i, own)| pulls(i).then_some((begin(i)?, own.force_tare?, own.force_noise?)));
         // A bias of a sensor that is turned differs, too.
         let turns: Vec<UnitQuaternion<f64>> = capture.interactions.iter().filter_map(rotation).collect();
         let turned = turns.iter().any(|t| t.angle_to(&turns[0]) > KEEPS);

@@ -39,7 +39,7 @@ const FAR: f64 = 2e-4;
 const FREE: f64 = 1.5;
 /// A step of the force at first contact over the noise of a reading, and over how much it grows in one reading after it.
 const STEP_SEEN: f64 = 8.0;
-const STEP_OVER: f64 = 3.0;
+const STEP_OVER: f64 = 2.0;
 /// Seconds of one sample where the surface is looked for.
 pub(super) const FINE: f64 = 0.008;
 

@@ -129,7 +129,10 @@ mod tests {
         let told = |grows: f64| aged(&blows(grows).iter().collect::<Vec<&Blow>>());
         let found = told(0.16).expect("ageing");
         let beta = &found.parameters["beta"];
-        assert!((beta.value - 0.105).abs() < 2.0 * beta.sd.expect("measured"), "{beta:?}");
+        assert!(
+            (beta.value - 0.105).abs() < 2.0 * beta.sd.expect("measured"),
+            "{beta:?}"
+        );
         assert!(found.gain.rmse_after < 0.3 * found.gain.rmse_before && found.gain.held_out == ["push-08"]);
         assert!(told(0.0).is_none() && told(0.01).is_none());
     }

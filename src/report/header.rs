@@ -77,8 +77,12 @@ fn cause(run: &Run) -> String {
         } else {
             String::new()
         };
+        let (class, word) = match f.doubtful() {
+            true => ("first doubtful", "Cause in doubt"),
+            false => ("first", "Cause"),
+        };
         format!(
-            "<div class=\"first\"><dt>Cause</dt><dd>{} <small>{} in {}{more}</small></dd></div>\n",
+            "<div class=\"{class}\"><dt>{word}</dt><dd>{} <small>{} in {}{more}</small></dd></div>\n",
             escape(&f.cause),
             percent(f.probability),
             escape(&f.place)
@@ -162,7 +166,7 @@ pub fn section(capture: &Capture, run: &Run) -> String {
     ));
     figures.push_str(&errors(run));
     // As many in a row as make rows of nearly the same length.
-    let wide = figures.matches("class=\"first\"").count();
+    let wide = figures.matches("class=\"first").count();
     let tiles = (figures.matches("<dt>").count() + wide).max(1);
     let columns = tiles.div_ceil(tiles.div_ceil(WIDEST));
     format!(

@@ -168,6 +168,7 @@ pub fn budgets(budgets: &[Budget]) -> String {
 fn budget(b: &Budget) -> String {
     let parts = [
         ("named", "named causes", b.named),
+        ("doubtful", "a name less likely than not", b.doubtful),
         ("friction-law", "scatter from touch to touch", b.friction_law),
         ("geometry", "contact of each touch", b.geometry),
         ("timing", "timing and ringing", b.timing),
@@ -185,8 +186,10 @@ fn budget(b: &Budget) -> String {
             )
         })
         .collect();
+    // Only some have a name that is in doubt.
     let words: String = parts
         .iter()
+        .filter(|p| p.0 != "doubtful" || p.2 > 0.0)
         .map(|(class, name, share)| format!("<li><i class=\"{class}\"></i>{name} <b>{:.1} %</b></li>", 100.0 * share))
         .collect();
     format!(

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::budget::Budget;
 use super::cause::CAUSES;
 use crate::base::Estimate;
 
@@ -133,34 +134,6 @@ pub struct ProfileSample {
     pub after: f64,
 }
 
-/// Of what the mean squared error of the plain model is made, as shares of it that sum to one.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct Budget {
-    /// `force`, `torque`, `position`, …
-    pub quantity: String,
-    /// SI unit of it.
-    pub unit: String,
-    /// Root mean square error of the plain model.
-    pub rmse: f64,
-    /// What it is of, as in a gain.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub of: String,
-    /// The interactions that it is about.
-    pub interactions: Vec<String>,
-    /// What the findings take away.
-    pub named: f64,
-    /// What differs from repeat to repeat of the same touch: the level of friction or stiffness.
-    pub friction_law: f64,
-    /// What each contact leaves open: where the surface begins, its direction, a tare.
-    pub geometry: f64,
-    /// When exactly a reading was taken, and what still rings.
-    pub timing: f64,
-    /// What the sensors read at rest.
-    pub noise: f64,
-    /// The rest.
-    pub unexplained: f64,
-}
-
 /// The held-out error of the model as first fitted, by quantity (`force`, `position`, `rotation`, …).
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct BaseFit {
@@ -217,7 +190,16 @@ pub struct Finding {
     pub priors: BTreeMap<String, Prior>,
 }
 
+/// What is below this probability is less likely than not.
+const EVEN: f64 = 0.5;
+
 impl Finding {
+    /// Whether neither its cause nor another one that would do is likely: something without a name is.
+    pub fn doubtful(&self) -> bool {
+        let others = self.alternatives.iter().map(|a| a.probability);
+        self.probability + others.sum::<f64>() < EVEN
+    }
+
     /// Keeps so large a share of all of its odds.
     pub fn less_likely(&mut self, share: f64) {
         self.probability *= share;

@@ -1,6 +1,7 @@
 //! Belief: the digital twin as data, readable without the rig that measured it (`docs/twin-format.md`).
 
 mod body;
+mod budget;
 mod cause;
 mod diagnosis;
 mod disagree;
@@ -23,10 +24,11 @@ mod symmetry;
 mod truth;
 
 pub use body::{Body, Friction, FrictionForce, LedgerEntry, Link, Superquadric, SurfaceShares, Tossed, WORLD};
+pub use budget::Budget;
 pub use cause::{CAUSES, known_cause};
 pub use diagnosis::{
-    AskedTouch, BaseFit, Budget, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Miss,
-    Prior, PriorFamily, Profile, ProfileBin, ProfileSample, Verdict, in_order,
+    AskedTouch, BaseFit, CauseOdds, DIAGNOSIS_FORMAT, Diagnosis, Evidence, Experiment, Finding, Gain, Miss, Prior,
+    PriorFamily, Profile, ProfileBin, ProfileSample, Verdict, in_order,
 };
 pub use disagree::{Compared, compared, effects_compared, efforts_compared, joints_compared};
 pub use effect::{Coupling, Detent, Effect, JointEffects};

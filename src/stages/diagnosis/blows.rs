@@ -8,7 +8,7 @@ use super::rested::aged;
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::math::{mad_sd, median};
-use crate::twin::Finding;
+use crate::twin::{Finding, Profile};
 
 /// Fewest pushes, standard deviations, and the least excess as a share of the friction.
 const FEWEST: usize = 6;
@@ -80,8 +80,8 @@ pub fn swings_on_the_tool<'a>(blows: impl Iterator<Item = &'a Blow>, share: f64,
     whole.is_some_and(|w| share > NEARLY_ALL && (rate / w).ln().abs() < AS_THE_WHOLE)
 }
 
-/// What sets the overshoot of a body's pushes apart, where nothing is `named` that would.
-pub fn blow_findings(pushes: &Pushes, named: &[Finding]) -> Vec<Finding> {
+/// What sets the overshoot of a body's pushes apart, where nothing is `named` that would, and how it shows where that is a dependence.
+pub fn blow_findings(pushes: &Pushes, named: &[Finding]) -> Vec<(Finding, Option<Profile>)> {
     if named.iter().any(|f| OTHERS.contains(&f.cause.as_str())) {
         return Vec::new();
     }
@@ -93,7 +93,8 @@ pub fn blow_findings(pushes: &Pushes, named: &[Finding]) -> Vec<Finding> {
         let own: Vec<&Blow> = own().filter(whole).collect();
         // By whichever speed it was met with.
         let bond = bond(&own, &|b| b.came).and_then(|_| bond(&own, &Blow::pace));
-        bond.or_else(|| aged(&own))
+        let bond = bond.map(|b| (b, None));
+        bond.or_else(|| aged(&own).map(|(found, profile)| (found, Some(profile))))
     };
     (0..pushes.names.len()).filter_map(one).collect()
 }

@@ -155,7 +155,7 @@ pub fn diagnose(
     let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
         profiles: curves.profiles.into_iter().filter(told).collect(),
-        budgets: curves.budgets,
+        budgets: curves.budgets.into_iter().map(|b| b.doubted(&findings)).collect(),
         missed,
         left,
         findings,
@@ -261,7 +261,10 @@ fn name_causes(
         joint.iter().for_each(|j| loads.of_joint(j, &ladder));
     }
     let blows = pushes.as_ref().map(|p| blow_findings(p, findings));
-    findings.extend(blows.into_iter().flatten());
+    for (found, profile) in blows.into_iter().flatten() {
+        findings.push(found);
+        loads.profiles.extend(profile);
+    }
     findings.extend(loads.of_rolls(rolls(capture, segmented, model)));
     let done = spinning(capture, model, findings);
     for tosses in of_all_bodies(capture, model) {

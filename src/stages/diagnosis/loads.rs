@@ -227,25 +227,13 @@ pub(super) fn or_toss(trace: Trace, tosses: &[Trace]) -> Trace {
 
 #[cfg(test)]
 mod tests {
-    use super::super::told::{Told, gain};
+    use super::super::told::{gain, one_named};
     use super::*;
-    use crate::base::Estimate;
 
     fn named(unit: &str, [before, after]: [f64; 2]) -> Finding {
         let mut gain = gain("what is off", unit, [before, after], Vec::new());
         gain.noise = Some(0.01);
-        Told {
-            cause: "bump",
-            place: "support",
-            probability: 1.0,
-            rivals: &[],
-            parameter: ("a", Estimate::measured(1.0, 0.1, "1", Vec::new(), "pushes")),
-            residual: "force",
-            statistic: 9.0,
-            words: String::new(),
-            gain,
-        }
-        .finding()
+        one_named("bump", gain)
     }
 
     #[test]

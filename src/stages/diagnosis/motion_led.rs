@@ -1,7 +1,7 @@
 //! Motions of a joint by the path of the tool that holds its child, where that is known more finely than the child's track: the
 //! acceleration of a smooth motion shows in a short span.
 
-use super::motion_reads::{BIN, HALF, NOISY, Read, STANDS};
+use super::motion_reads::{BIN, Read, STANDS, short_span, usual_speed};
 use crate::capture::{Interaction, Segmented};
 use crate::math::{median, quantile};
 use crate::stages::estimation::{JointLoad, joint_loads_by_tool, leading_noise};
@@ -28,10 +28,8 @@ pub(super) fn led(
         _ => median(&read.loads.iter().map(|l| l.lever).collect::<Vec<f64>>())?.max(1e-6),
     };
     let jitter = noise / lever;
-    let usual = quantile(&read.loads.iter().map(|l| l.speed.abs()).collect::<Vec<f64>>(), 0.8)?.max(1e-9);
-    let rate = (path.time.len() as f64 - 1.0) / (path.time.last()? - path.time.first()?).max(1e-6);
-    let calm = (1.5 * (jitter / (NOISY * usual)).powi(2) / rate).cbrt();
-    let half = calm.max(SHARE * range(&read.loads) / usual).max(HALF[1]);
+    let calm = short_span(&path.time, &read.loads, jitter)?;
+    let half = calm.max(SHARE * range(&read.loads) / usual_speed(&read.loads)?);
     let longest = read.halves.iter().copied().fold(0.0, f64::max);
     if half >= longest {
         return None;

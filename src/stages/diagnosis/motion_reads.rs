@@ -22,7 +22,7 @@ const SHARE: f64 = 0.1;
 /// Where the speed changes by more than this share within its span a shorter one does: that whose speed is noisy by this share of
 /// the usual one, if it is shorter by a factor. Of spans up to so many seconds, those of fast motions, starts are no longer.
 const CHANGES: f64 = 0.25;
-pub(super) const NOISY: f64 = 0.04;
+const NOISY: f64 = 0.04;
 const BRIEF: f64 = 0.16;
 const SHORTER: f64 = 0.6;
 /// Share of the usual speed from which on a joint that set out goes, and of the way up to which it is closed.
@@ -95,14 +95,18 @@ fn span_of(loads: &[JointLoad]) -> Option<f64> {
     Some((SHARE * lasts).clamp(HALF[1], HALF[2]))
 }
 
-/// Half the shortest span whose speeds are noisy by no more than a share of the usual one: a slope over `±h` seconds of rows with a
-/// noise `σ` at a rate `r` has a variance of `3 σ² / (2 r h³)`.
-fn short_span(interaction: &Interaction, joint: &Joint, loads: &[JointLoad], jitter: f64) -> Option<f64> {
-    let track = interaction.tracks.get(&joint.child)?;
-    let rate = (track.time.len() as f64 - 1.0) / (track.time.last()? - track.time.first()?).max(1e-6);
-    let speeds: Vec<f64> = loads.iter().map(|l| l.speed.abs()).collect();
-    let usual = quantile(&speeds, 0.8)?.max(1e-9);
+/// Half the shortest span over which rows at such times, of a noise `jitter` each, tell speeds with a noise of no more than a share of
+/// the usual one: a slope over `±h` seconds of rows with a noise `σ` at a rate `r` has a variance of `3 σ² / (2 r h³)`.
+pub(super) fn short_span(times: &[f64], loads: &[JointLoad], jitter: f64) -> Option<f64> {
+    let rate = (times.len() as f64 - 1.0) / (times.last()? - times.first()?).max(1e-6);
+    let usual = usual_speed(loads)?;
     Some((1.5 * (jitter / (NOISY * usual)).powi(2) / rate).cbrt().max(HALF[1]))
+}
+
+/// Of four fifths of what is read none is faster, rad/s or m/s.
+pub(super) fn usual_speed(loads: &[JointLoad]) -> Option<f64> {
+    let speeds: Vec<f64> = loads.iter().map(|l| l.speed.abs()).collect();
+    Some(quantile(&speeds, 0.8)?.max(1e-9))
 }
 
 /// Half a short span, and the loads whose speeds come from it.
@@ -151,8 +155,9 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
         } else {
             capture.noise.position.or(cut.position_noise)
         };
-        let short =
-            short_span(interaction, joint, &loads, own.unwrap_or(0.0)).filter(|s| half > BRIEF && *s < SHORTER * half);
+        let track = interaction.tracks.get(&joint.child);
+        let short = track.and_then(|track| short_span(&track.time, &loads, own.unwrap_or(0.0)));
+        let short = short.filter(|s| half > BRIEF && *s < SHORTER * half);
         let brief = short.and_then(|s| Some((s, read(s)?)));
         let stream = interaction.force.as_ref()?;
         let rate = (stream.time.len() as f64 - 1.0) / (stream.time.last()? - stream.time.first()?).max(1e-6);

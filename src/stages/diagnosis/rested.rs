@@ -10,7 +10,7 @@ use super::blows::Blow;
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::math::weighted_linear;
-use crate::twin::Finding;
+use crate::twin::{Finding, Profile, ProfileBin};
 
 /// Fewest pushes, and by what factor their rests have to differ.
 const FEWEST: usize = 6;
@@ -21,6 +21,10 @@ const LEAST: f64 = 0.04;
 const SCATTER: f64 = 0.004;
 /// What is left beside rests over what is left beside the order of the pushes, in squares, at most.
 const BETTER: f64 = 0.3;
+/// Stretches of the rest in which peaks are shown.
+const BINS: usize = 6;
+const CAUSE: &str = "static-ageing";
+const PLACE: &str = "support";
 /// Share of the growth by which a peak may come short of the friction that held.
 const SHORT: f64 = 0.15;
 
@@ -50,8 +54,8 @@ fn by(all: &[&Blow], of: &dyn Fn(usize, &Blow) -> f64) -> Option<(f64, f64, f64)
     Some((fit.x[1], scatter * fit.sd(1), left))
 }
 
-/// Friction that grows with rest, by the peaks of one body's pushes.
-pub(super) fn aged(all: &[&Blow]) -> Option<Finding> {
+/// Friction that grows with rest, by the peaks of one body's pushes, and how they do.
+pub(super) fn aged(all: &[&Blow]) -> Option<(Finding, Profile)> {
     let told: Vec<&Blow> = all.iter().copied().filter(|b| !b.first && b.wait > 0.0).collect();
     let fitted: Vec<&Blow> = told.iter().copied().filter(|b| !b.held_out).collect();
     let rests = fitted.iter().map(|b| b.wait);
@@ -74,13 +78,13 @@ pub(super) fn aged(all: &[&Blow]) -> Option<Finding> {
     let (usual, rest) = (mean(&|b| b.over), mean(&|b| b.wait.ln()));
     let rms =
         |error: &dyn Fn(&Blow) -> f64| (of.iter().map(|b| error(b).powi(2)).sum::<f64>() / of.len() as f64).sqrt();
-    let before = rms(&|b| b.over - usual);
-    let after = rms(&|b| b.over - usual - slope * (b.wait.ln() - rest));
+    let errors: [&dyn Fn(&Blow) -> f64; 2] = [&|b| b.over - usual, &|b| b.over - usual - slope * (b.wait.ln() - rest)];
+    let [before, after] = errors.map(rms);
     let tenfold = std::f64::consts::LN_10 / level;
     let names = |of: &[&Blow]| of.iter().map(|b| b.interaction.clone()).collect::<Vec<String>>();
-    let told = Told {
-        cause: "static-ageing",
-        place: "support",
+    let finding = Told {
+        cause: CAUSE,
+        place: PLACE,
         probability: 0.95,
         rivals: &[],
         parameter: (
@@ -101,7 +105,37 @@ pub(super) fn aged(all: &[&Blow]) -> Option<Finding> {
         ),
         gain: gain("force", "N", [before, after], names(&judges)),
     };
-    Some(told.finding())
+    Some((finding.finding(), profile(&told, errors)))
+}
+
+/// What is left of the peaks against the rest before them, shortest first, a bin to each few pushes.
+fn profile(all: &[&Blow], errors: [&dyn Fn(&Blow) -> f64; 2]) -> Profile {
+    let mut by_rest = all.to_vec();
+    by_rest.sort_by(|a, b| a.wait.total_cmp(&b.wait));
+    let bin = |some: &[&Blow]| {
+        let n = some.len() as f64;
+        let mean = |of: &dyn Fn(&Blow) -> f64| some.iter().map(|b| of(b)).sum::<f64>() / n;
+        let [before, after] = errors.map(mean);
+        let spread = some.iter().map(|b| (errors[1](b) - after).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        ProfileBin {
+            at: mean(&|b| b.wait.log10()),
+            before,
+            after,
+            sd: (spread / n).sqrt(),
+        }
+    };
+    Profile {
+        cause: CAUSE.into(),
+        place: PLACE.into(),
+        quantity: "force".into(),
+        unit: "N".into(),
+        covariate: "the rest before a push, as the logarithm to base ten of seconds".into(),
+        covariate_unit: "1".into(),
+        bins: by_rest.chunks(by_rest.len().div_ceil(BINS)).map(bin).collect(),
+        interaction: by_rest.last().map_or_else(String::new, |b| b.interaction.clone()),
+        held_out: by_rest.last().is_some_and(|b| b.held_out),
+        samples: Vec::new(),
+    }
 }
 
 #[cfg(test)]
@@ -127,7 +161,9 @@ mod tests {
     #[test]
     fn peaks_that_grow_with_rest_are_ageing_and_others_are_not() {
         let told = |grows: f64| aged(&blows(grows).iter().collect::<Vec<&Blow>>());
-        let found = told(0.16).expect("ageing");
+        let (found, profile) = told(0.16).expect("ageing");
+        let [first, last] = [profile.bins[0], profile.bins[profile.bins.len() - 1]];
+        assert!(first.before < -0.1 && last.before > 0.1 && first.after.abs().max(last.after.abs()) < 0.05);
         let beta = &found.parameters["beta"];
         assert!(
             (beta.value - 0.105).abs() < 2.0 * beta.sd.expect("measured"),

@@ -205,13 +205,22 @@ pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
     let noise = take((open_after(whole, [named, friction_law, geometry]) - about.sigma.powi(2)).max(0.0));
     let timing =
         take((open_after(whole, [named + noise, friction_law, geometry]) - clocks(family, &groups, kind)).max(0.0));
+    let mut causes: Vec<String> = Vec::new();
+    for taken in &ladder.taken {
+        let cause = family.laws()[taken.law].cause;
+        if causes.iter().all(|c| c != cause) {
+            causes.push(cause.into());
+        }
+    }
     Some(Budget {
         quantity: about.quantity.name().into(),
         unit: about.quantity.unit().into(),
         rmse: whole.sqrt(),
         of: family.samples_are().into(),
         interactions: groups.iter().map(|g| family.groups()[*g].name.clone()).collect(),
+        causes,
         named,
+        doubtful: 0.0,
         friction_law,
         geometry,
         timing,

@@ -71,6 +71,23 @@ pub fn gain(quantity: &str, unit: &str, [before, after]: [f64; 2], held_out: Vec
     }
 }
 
+/// A sure finding on the support, for tests.
+#[cfg(test)]
+pub fn one_named(cause: &str, gain: Gain) -> Finding {
+    Told {
+        cause,
+        place: "support",
+        probability: 1.0,
+        rivals: &[],
+        parameter: ("a", Estimate::measured(1.0, 0.1, "1", Vec::new(), "pushes")),
+        residual: "force",
+        statistic: 9.0,
+        words: String::new(),
+        gain,
+    }
+    .finding()
+}
+
 /// Findings beside those that were named, which need no ladder of laws.
 pub fn told_by_one_number(
     capture: &Capture,

@@ -52,23 +52,11 @@ fn beside_the_point(traces: &[Trace], findings: &[Finding], config: &Config) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::told::{Told, gain};
+    use super::super::told::{gain, one_named};
     use super::*;
-    use crate::base::Estimate;
 
     fn named(cause: &str) -> Finding {
-        Told {
-            cause,
-            place: "support",
-            probability: 1.0,
-            rivals: &[],
-            parameter: ("a", Estimate::measured(1.0, 0.1, "1", Vec::new(), "pushes")),
-            residual: "force",
-            statistic: 9.0,
-            words: String::new(),
-            gain: gain("force", "N", [1.0, 0.1], Vec::new()),
-        }
-        .finding()
+        one_named(cause, gain("force", "N", [1.0, 0.1], Vec::new()))
     }
 
     #[test]

@@ -11,7 +11,6 @@ mod motion;
 mod preload;
 mod segment;
 mod sift;
-mod strain;
 mod strangers;
 
 pub use config::Config;

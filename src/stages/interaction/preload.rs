@@ -2,7 +2,6 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::strain::{pulls, strains};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 
@@ -31,9 +30,6 @@ pub fn tell_preloads(capture: &Capture, all: &mut [Segmented]) {
         .filter_map(|(i, s)| free_reading(i, s))
         .collect();
     let common = Common::of(capture, all).filter(|_| free.is_empty());
-    let held: Vec<(&Interaction, &Segmented)> = capture.interactions.iter().zip(&*all).collect();
-    let at_time = common.as_ref().map(|c| |t: f64| c.at(t));
-    let strained = free.is_empty() && strains(&held, at_time.as_ref().map(|f| f as _));
     for (interaction, own) in capture.interactions.iter().zip(all) {
         let holds = matches!(interaction.kind, Kind::Lift | Kind::Pull)
             && interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin);
@@ -44,11 +40,6 @@ pub fn tell_preloads(capture: &Capture, all: &mut [Segmented]) {
             continue;
         }
         let Some((unloaded, scatter)) = at(&free, time, rotation(interaction), noise) else {
-            if strained && pulls(interaction) {
-                own.preload = (tare.norm() > noise).then_some(tare);
-                own.force_tare = Some(Vector3::zeros());
-                continue;
-            }
             // It is the one or the other.
             if let Some(common) = common.as_ref().filter(|_| interaction.kind == Kind::Pull) {
                 let unloaded = common.at(time);
@@ -119,6 +110,10 @@ impl Common {
     fn at(&self, time: f64) -> Vector3<f64> {
         self.level + self.slope * (time - self.middle)
     }
+}
+
+fn pulls(interaction: &Interaction) -> bool {
+    interaction.kind == Kind::Pull && interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin)
 }
 
 fn begin(interaction: &Interaction) -> Option<f64> {

@@ -9,10 +9,19 @@ pub struct SensorFaults {
     pub rounding: Option<(f64, usize)>,
     /// Positions of quiet tracks that are far off, and quiet positions in all, where they prove strays.
     pub stray_positions: Option<(usize, usize)>,
+    /// Poses of tracks that only repeat the one before for a while, and poses in all.
+    pub frozen: Option<(usize, usize)>,
     /// The end of the range of the force sensor, where readings stand at it.
     pub clipped: Option<Clipped>,
     /// A frequency at which readings of force swing whatever is touched.
     pub hum: Option<Hum>,
+}
+
+impl SensorFaults {
+    /// Whether no reading has to be left out.
+    pub fn sound(&self) -> bool {
+        self.strays.is_none() && self.clipped.is_none() && self.frozen.is_none() && self.stray_positions.is_none()
+    }
 }
 
 /// One frequency in nearly all readings of a force sensor.

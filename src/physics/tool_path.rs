@@ -3,9 +3,13 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{Action, Stance};
+use crate::math::median;
 
 /// Seconds of one step of the simulation; the tool's path is fitted over four.
 pub(super) const STEP: f64 = 0.01;
+
+/// Readings to either side over which it is fitted at least.
+const ROWS: f64 = 1.05;
 
 /// The tool's way in the plane, one point a step, on a line through four steps against encoder noise.
 pub(super) fn smooth_path(action: &Action, stance: &Stance) -> Vec<(f64, Point2<f64>)> {
@@ -15,14 +19,14 @@ pub(super) fn smooth_path(action: &Action, stance: &Stance) -> Vec<(f64, Point2<
         return Vec::new();
     };
     let steps = ((last - first) / STEP) as usize;
+    // One reading alone tells no way: a path that is read more coarsely than that would go in jumps.
+    let apart = median(&time.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>()).unwrap_or(0.0);
+    let reach = (2.0 * STEP).max(ROWS * apart);
     let mut path = Vec::with_capacity(steps + 1);
     for k in 0..=steps {
         let t = first + k as f64 * STEP;
-        let from = time.partition_point(|x| *x < t - 2.0 * STEP);
-        let to = time
-            .partition_point(|x| *x <= t + 2.0 * STEP)
-            .max(from + 1)
-            .min(time.len());
+        let from = time.partition_point(|x| *x < t - reach);
+        let to = time.partition_point(|x| *x <= t + reach).max(from + 1).min(time.len());
         let from = from.min(to - 1);
         path.extend(on_line(&time[from..to], &flat[from..to], t).map(|p| (t, p)));
     }

@@ -257,7 +257,7 @@ fn chance(pair: &Pair, kind: JointKind) -> f64 {
 }
 
 /// True for two links of one body by their names, `body/link`.
-fn same_body(a: &str, b: &str) -> bool {
+pub(super) fn same_body(a: &str, b: &str) -> bool {
     match (a.split_once('/'), b.split_once('/')) {
         (Some((x, _)), Some((y, _))) => x == y,
         _ => false,

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::Config;
 use super::coupling::Placement;
 use super::describe::{Anchor, describe};
-use super::infer::{Articulation, HELD, world_mesh};
+use super::infer::{Articulation, HELD, same_body, world_mesh};
 use super::manifold::Sample;
 use super::pair::{Pair, thinned};
 use super::select::{KINDS, Selection, radius_of, select};
@@ -34,13 +34,13 @@ pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &
     for target in targets {
         let known = out.joints.iter().any(|j| j.child == target || j.parent == target);
         let own = || capture.fitted().filter(|i| about(i) == Some(target));
-        let hangs = hangs(capture, model, target);
-        let led = own().any(|i| leads(i, hangs));
+        let held = hangs(capture, model, target) || part_of_what_is_not_tracked(capture, target);
+        let led = own().any(|i| leads(i, held));
         let stands = capture.support.is_some() && model.twin.link(target).is_some_and(|l| l.mesh.is_some());
-        let joint = if known || !led || (stands && !hangs) {
+        let joint = if known || !led || (stands && !held) {
             None
         } else {
-            pulled(capture, model, config, notices, (target, hangs))
+            pulled(capture, model, config, notices, (target, held))
         };
         if let Some(joint) = joint {
             for name in [WORLD, target] {
@@ -54,9 +54,15 @@ pub fn infer_world(capture: &Capture, model: &Model, config: &Config, notices: &
     }
 }
 
-/// Pulls lead a thing along, and pushes do what hangs in the air: it would fall if nothing held it.
-fn leads(run: &Interaction, hangs: bool) -> bool {
-    run.kind == Kind::Pull || (hangs && run.kind == Kind::Push)
+/// Pulls lead a thing along, and pushes do what is held: it would fall, or be put aside, if nothing held it.
+fn leads(run: &Interaction, held: bool) -> bool {
+    run.kind == Kind::Pull || (held && run.kind == Kind::Push)
+}
+
+/// Whether its name says that it is one part of a thing (`body/link`) no other part of which was tracked.
+fn part_of_what_is_not_tracked(capture: &Capture, target: &str) -> bool {
+    let mut tracked = capture.interactions.iter().flat_map(|i| i.tracks.keys());
+    target.contains('/') && !tracked.any(|other| other != target && same_body(other, target))
 }
 
 /// Whether a thing whose surface is known is clear of the support wherever an interaction begins, with nothing below it that is tracked.
@@ -168,10 +174,10 @@ fn pulled(
     model: &Model,
     config: &Config,
     notices: &mut Notices,
-    (target, hangs): (&str, bool),
+    (target, held): (&str, bool),
 ) -> Option<Joint> {
     let mut runs: Vec<Led> = Vec::new();
-    let own = |i: &&Interaction| leads(i, hangs) && about(i) == Some(target);
+    let own = |i: &&Interaction| leads(i, held) && about(i) == Some(target);
     for run in capture.fitted().filter(own) {
         if let Some((samples, way)) = samples_of(capture, run, target) {
             let selection = select(&samples, &OF_A_PATH, config.world_reach)?;
@@ -199,7 +205,7 @@ fn pulled(
     if matches!(kind, JointKind::Fixed | JointKind::Planar) || probability < config.least_probability {
         return silent(format!("its path is best {kind:?} ({probability:.2})").to_lowercase());
     }
-    if !hangs && !one_axis(kind, &runs) && runs.iter().all(|r| could_glide(capture, r)) {
+    if !held && !one_axis(kind, &runs) && runs.iter().all(|r| could_glide(capture, r)) {
         let way = if kind == JointKind::Prismatic {
             "a line"
         } else {
@@ -236,8 +242,8 @@ fn pulled(
     };
     let (anchor, placement) = surroundings(model, target, best);
     // Beside a support something may carry it after all.
-    let held = if capture.support.is_some() && !hangs { HELD } else { 1.0 };
-    let mut joint = describe(&pair, &selection, &anchor, &placement, held);
+    let share = if capture.support.is_some() && !held { HELD } else { 1.0 };
+    let mut joint = describe(&pair, &selection, &anchor, &placement, share);
     for from in [&mut joint.axis.from, &mut joint.origin.from] {
         *from = runs.iter().map(|r| r.run.name.clone()).collect();
     }
@@ -249,7 +255,8 @@ fn pulled(
 const ROUND: (usize, f64, f64) = (3, 0.3, 0.1);
 const ONE_AXIS: (f64, f64) = (3e-3, 0.03);
 
-/// Whether pull after pull led round the same axis far from the thing, which turned as a door does: nobody draws things along so.
+/// Whether most pulls led round the same axis far from the thing, which turned as a door does, and none led off that circle: nobody draws
+/// things along so.
 fn one_axis(kind: JointKind, runs: &[Led]) -> bool {
     let round = |led: &Led| {
         let fit = &led.selection.candidates[0].fit;
@@ -271,8 +278,15 @@ fn one_axis(kind: JointKind, runs: &[Led]) -> bool {
         (apart - axis.into_inner() * axis.dot(&apart)).norm()
     };
     let most = ONE_AXIS.0.max(ONE_AXIS.1 * radius);
-    let round = kind == JointKind::Revolute && all.len() == runs.len();
-    round && all.len() >= ROUND.0 && all.iter().all(|a| off(&a.0) < most)
+    // Short ways tell no axis of their own, but stay on the circle.
+    let on_circle = |led: &Led| {
+        led.samples
+            .iter()
+            .all(|s| (off(&s.position) - radius).abs() < most.max(4.0 * s.noise.position))
+    };
+    let others = runs.iter().filter(|led| round(led).is_none());
+    let of_doors = kind == JointKind::Revolute && all.len() >= ROUND.0 && 2 * all.len() > runs.len();
+    of_doors && all.iter().all(|a| off(&a.0) < most) && others.into_iter().all(on_circle)
 }
 
 /// The most that one pull may say against a kind: it may be of another part than its name says.

@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::contact_law::damps;
 use super::onset::{FLOOR, Onset, UP};
 use super::told::{Told, gain};
 use crate::base::Estimate;
@@ -47,6 +48,8 @@ pub struct Clocks {
     /// Squares of what a lead alone leaves, less those of ways alone, in those of what is left by both.
     for_ways: f64,
     from: Vec<String>,
+    /// Whether the finger damps, so that its force is up before the body slides, by one time.
+    damped: bool,
     /// Root mean squares of the ways of pushes that were not fitted, m, without the lead and with it; which they are.
     left: [f64; 2],
     held_out: Vec<String>,
@@ -96,7 +99,15 @@ impl Clocks {
             .filter(|(_, all)| all.iter().any(|o| !o.held_out))
             .cloned()
             .collect();
-        Self::together(&told).unwrap_or_default()
+        Self {
+            damped: begun.iter().any(|(_, all)| damps(all)),
+            ..Self::together(&told).unwrap_or_default()
+        }
+    }
+
+    /// Whether a delay may be none, but a finger that damps.
+    pub fn feigned(&self, found: &Finding) -> bool {
+        self.damped && found.parameters.get("tau").is_some_and(|tau| tau.value > 0.0)
     }
 
     fn together(begun: &[(String, Vec<Onset>)]) -> Option<Self> {
@@ -147,6 +158,7 @@ impl Clocks {
             ways,
             for_ways: (by_lead.0 - by_ways) / scale,
             from: fitted.iter().map(|r| r.interaction.clone()).collect(),
+            damped: false,
             left: [rms(0.0), rms(lead.0)],
             held_out: held.iter().map(|r| r.interaction.clone()).collect(),
         })

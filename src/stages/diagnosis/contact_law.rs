@@ -2,8 +2,9 @@
 //! `h = 0`.
 //!
 //! While friction holds the body, all of the tool's way goes into the finger. A sensor that lags rounds the beginning of
-//! a straight rise as a law with `h > 0` does, and a finger that creeps begins it with a step as one with `h < 0`; both are
-//! fitted beside the law, push by push, and it has to be better than either.
+//! a straight rise as a law with `h > 0` does, and a finger that creeps begins it with a step as one with `h < 0`; so does one that
+//! damps, whose force is all there before it is squeezed in full. All are fitted beside the law, push by push, and it has to be better
+//! than each.
 
 use nalgebra::DVector;
 
@@ -30,9 +31,15 @@ const BETTER: f64 = 8.0;
 const SCATTER: f64 = 0.05;
 /// What a finger that creeps a little takes from it.
 const FORM: f64 = 0.05;
+/// Half the seconds over which the speed of the tool is told.
+const PACE: f64 = 0.015;
 /// Bounds of exponents, and of the squeeze, m.
 const EXPONENT: [f64; 2] = [-0.8, 3.0];
 const SQUEEZE: [f64; 2] = [2e-5, 2e-2];
+
+/// Where fits of a rise begin: squeeze over the one at which it was first seen, and sizes.
+const BEGINS: [f64; 4] = [0.9, 1.0, 1.15, 1.4];
+const SIZES: [f64; 3] = [0.05, 0.25, 0.5];
 
 /// What bends a rise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,17 +50,27 @@ enum Bend {
     Lag,
     /// A step at first touch, as a share of the whole.
     Step,
+    /// What the finger damps at the speed at which the body slides, as a share of the whole.
+    Damping,
+    /// Nothing: a straight rise by another clock, early by a share of the time of the rise.
+    Early,
 }
 
-/// Share of the full force at a share `s` of the way from first touch to where it is in full.
-fn share(bend: Bend, size: f64, s: f64) -> f64 {
+/// Share of the full force at a share `s` of the way from first touch to where it is in full, with `rate` times the speed of the tool while
+/// the body slides.
+fn share(bend: Bend, size: f64, (s, rate): (f64, f64)) -> f64 {
+    if bend == Bend::Early {
+        return (s + size).max(0.0);
+    }
     if s <= 0.0 {
         return 0.0;
     }
     match bend {
+        Bend::Early => s,
         Bend::Law => s.powf(1.0 + size),
         Bend::Lag => s - size * (1.0 - (-s / size.max(1e-6)).exp()),
         Bend::Step => size + (1.0 - size) * s,
+        Bend::Damping => s + size * rate,
     }
 }
 
@@ -84,6 +101,14 @@ pub fn tells_its_law(all: &[Onset]) -> bool {
     squeezed(all).len() >= FEWEST
 }
 
+/// Whether a finger damps: the force steps up as it touches, and is all there before it is squeezed in full, as if what is tracked came late.
+pub fn damps(all: &[Onset]) -> bool {
+    let (damped, early) = (rises(all, Bend::Damping), rises(all, Bend::Early));
+    let own = |r: &Rise| early.iter().find(|o| o.push.interaction == r.push.interaction);
+    let better = damped.iter().filter_map(|r| Some(own(r)?.cost - r.cost)).sum::<f64>();
+    damped.len() >= FEWEST && better > BETTER
+}
+
 /// Where a finger's force does not grow in proportion to its squeeze.
 pub fn contact_law_finding(all: &[Onset], name: &str) -> Option<Finding> {
     let fitted: Vec<&Onset> = all.iter().filter(|o| !o.held_out).collect();
@@ -96,7 +121,8 @@ pub fn contact_law_finding(all: &[Onset], name: &str) -> Option<Finding> {
         let own = |r: &Rise| other.iter().find(|o| o.push.interaction == r.push.interaction);
         law.iter().filter_map(|r| Some(own(r)?.cost - r.cost)).sum::<f64>()
     };
-    let better = worse(Bend::Lag).min(worse(Bend::Step));
+    let better = [Bend::Lag, Bend::Step, Bend::Damping].map(worse);
+    let better = better.into_iter().fold(f64::INFINITY, f64::min);
     if statistic < CLEAR || pooled.mean.abs() < LEAST || better < BETTER {
         return None;
     }
@@ -160,10 +186,17 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
-/// The rows of a rise while the body is held: the tool's place, m, before where the force is in full; N.
-fn held_rows(push: &Onset) -> Vec<[f64; 2]> {
+/// The rows of a rise while the body is held: the tool's place, m, before where the force is in full; N; its speed over that while the
+/// body slides.
+fn held_rows(push: &Onset) -> Vec<[f64; 3]> {
     let held = push.rise.iter().take_while(|r| r.force < HELD * push.level);
-    held.map(|r| [r.way, r.force]).collect()
+    let rate = |t: f64| {
+        let from = push.rise.partition_point(|r| r.time < t - PACE);
+        let to = push.rise.partition_point(|r| r.time <= t + PACE).max(from + 1) - 1;
+        let (a, b) = (&push.rise[from], &push.rise[to]);
+        (b.way - a.way) / ((b.time - a.time) * push.speed).max(1e-9)
+    };
+    held.map(|r| [r.way, r.force, rate(r.time)]).collect()
 }
 
 fn rise(push: &Onset, bend: Bend) -> Option<Rise<'_>> {
@@ -180,18 +213,22 @@ fn rise(push: &Onset, bend: Bend) -> Option<Rise<'_>> {
             Bend::Law => x[1].clamp(EXPONENT[0], EXPONENT[1]),
             Bend::Lag => x[1].abs(),
             Bend::Step => x[1].clamp(-0.5, 0.95),
+            Bend::Damping | Bend::Early => x[1].clamp(0.0, 2.0),
         };
         (x[0].exp().clamp(SQUEEZE[0], SQUEEZE[1]), size, x[2] * push.way.1)
     };
     let residuals = |x: &DVector<f64>| {
         let (squeeze, size, shift) = bounded(x);
-        let of = |r: &[f64; 2]| (r[1] - level * share(bend, size, (r[0] - shift + squeeze) / squeeze)) / doubt;
+        let of = |r: &[f64; 3]| (r[1] - level * share(bend, size, ((r[0] - shift + squeeze) / squeeze, r[2]))) / doubt;
         DVector::from_iterator(rows.len() + 1, rows.iter().map(of).chain([x[2]]))
     };
-    let start = |size: f64| DVector::from_vec(vec![begin.ln(), size, 0.0]);
     let steps = DVector::from_vec(vec![1e-4, 1e-4, 1e-3]);
-    let fits = [0.05, 0.5].map(|size| levenberg_marquardt(&start(size), &steps, Settings::default(), residuals));
-    let best = fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    // Between which two readings it steps no slope tells.
+    let starts = BEGINS
+        .iter()
+        .flat_map(|far| SIZES.map(|size| DVector::from_vec(vec![(far * begin).ln(), size, 0.0])));
+    let fits = starts.filter_map(|start| levenberg_marquardt(&start, &steps, Settings::default(), residuals));
+    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     let (squeeze, size, _) = bounded(&best.x);
     Some(Rise {
         push,
@@ -206,7 +243,7 @@ fn straight_stiffness(pushes: &[&Onset]) -> Option<f64> {
     let one = |push: &&Onset| {
         let rows = held_rows(push);
         let middle = rows.iter().filter(|r| r[1] > 0.1 * push.level);
-        let ends: Vec<&[f64; 2]> = middle.collect();
+        let ends: Vec<&[f64; 3]> = middle.collect();
         let (a, b) = (ends.first()?, ends.last()?);
         Some(((b[1] - a[1]) / (b[0] - a[0]).max(1e-6)).max(1.0).ln())
     };
@@ -217,7 +254,7 @@ fn straight_stiffness(pushes: &[&Onset]) -> Option<f64> {
 fn rms(pushes: &[&Onset], law: &dyn Fn(f64) -> f64, squeeze: impl Fn(f64) -> f64) -> f64 {
     let each = |push: &&Onset| {
         let squeezed = squeeze(push.level);
-        let left = |r: &[f64; 2]| (r[1] - law((r[0] + squeezed).max(0.0)).min(push.level)).powi(2);
+        let left = |r: &[f64; 3]| (r[1] - law((r[0] + squeezed).max(0.0)).min(push.level)).powi(2);
         held_rows(push).iter().map(left).collect::<Vec<f64>>()
     };
     let squares: Vec<f64> = pushes.iter().flat_map(each).collect();

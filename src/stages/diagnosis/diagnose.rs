@@ -187,7 +187,8 @@ fn two_clocks(
     // Friction that grows with speed comes up as the body does, the later the faster the push.
     let begun = || curves.clocks.finding().filter(|_| !thick);
     let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
-    delay_finding(slid).or_else(begun).or_else(of_blows)
+    let found = delay_finding(slid).or_else(begun).or_else(of_blows);
+    found.filter(|f| !curves.clocks.feigned(f))
 }
 
 /// A part that swings lags behind, as what is read by a late clock does.

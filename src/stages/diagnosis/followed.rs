@@ -111,17 +111,25 @@ pub(super) fn along(joint: &Joint, first: &Vector3<f64>, now: &Vector3<f64>) -> 
     axis.dot(&home.cross(&out)).atan2(home.dot(&out))
 }
 
+/// Where a path is at `t`, m, on the line through what was read within `reach`: few rows are not as many before as after it.
+fn place_at(path: &PoseStream, t: f64, reach: f64) -> Option<Vector3<f64>> {
+    let rows = path.time.partition_point(|x| *x < t - reach)..path.time.partition_point(|x| *x <= t + reach);
+    let read: Vec<(f64, Vector3<f64>)> = rows
+        .map(|i| (path.time[i] - t, path.position[i].coords))
+        .filter(|r| r.1.x.is_finite())
+        .collect();
+    let n = read.len() as f64;
+    let (when, mean) = read
+        .iter()
+        .fold((0.0, Vector3::zeros()), |(a, b), r| (a + r.0 / n, b + r.1 / n));
+    let spread: f64 = read.iter().map(|r| (r.0 - when).powi(2)).sum();
+    let goes = read.iter().map(|r| r.1 * (r.0 - when)).sum::<Vector3<f64>>() / spread.max(1e-12);
+    (!read.is_empty()).then(|| mean - goes * when)
+}
+
 /// The hand's first place, and hand and child block by block; positions of the hand count from there.
 fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -> Option<(Vector3<f64>, Vec<Reading>)> {
-    let at = |t: f64| -> Option<Vector3<f64>> {
-        let rows = path.time.partition_point(|x| *x < t - reach)..path.time.partition_point(|x| *x <= t + reach);
-        let read: Vec<Vector3<f64>> = path.position[rows]
-            .iter()
-            .map(|p| p.coords)
-            .filter(|p| p.x.is_finite())
-            .collect();
-        (!read.is_empty()).then(|| read.iter().sum::<Vector3<f64>>() / read.len() as f64)
-    };
+    let at = |t: f64| place_at(path, t, reach);
     let first = loads.iter().find_map(|l| at(l.time))?;
     let hands: Vec<Option<f64>> = loads.iter().map(|l| Some(along(joint, &first, &at(l.time)?))).collect();
     let one = |i: usize| {
@@ -136,4 +144,27 @@ fn readings(path: &PoseStream, loads: &[JointLoad], joint: &Joint, reach: f64) -
     };
     let all = (1..loads.len().saturating_sub(1)).filter_map(one).collect();
     Some((first, all))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    #[test]
+    fn a_path_of_few_rows_is_not_read_early_or_late() {
+        let mut path = PoseStream::default();
+        for i in 0..40 {
+            let time = f64::from(i) / 30.0;
+            path.time.push(time);
+            path.position.push(Point3::new(0.2 * time, 0.0, 0.0));
+            path.rotation.push(None);
+        }
+        for k in 5..100 {
+            let t = 0.0113 * f64::from(k);
+            let place = place_at(&path, t, 0.042).expect("rows");
+            assert!((place.x - 0.2 * t).abs() < 1e-9, "{t} {place}");
+        }
+    }
 }

@@ -177,13 +177,18 @@ impl Loads {
 const LITTLE: f64 = 0.15;
 const STANDS_OUT: f64 = 3.0;
 
-/// What share of the error of a load all findings together take away, and how many times the noise is left of it. Ways that part from
+/// What share of what is above the noise of a load all findings together take away, and how many times the noise is left of it. Ways that part from
 /// each other, as those of what tumbles, are off by more the longer they are, whatever is right of them.
 fn explained_in_all(findings: &[Finding]) -> Option<(f64, f64)> {
     let first = Some(&findings.first()?.gain).filter(|g| ["N", "N·m"].contains(&g.unit.as_str()))?;
     let last = &findings.iter().rfind(|f| f.gain.quantity == first.quantity)?.gain;
     let stays = last.noise.map_or(0.0, |noise| last.rmse_after / noise.max(1e-12));
-    Some((1.0 - last.rmse_after / first.rmse_before.max(1e-12), stays))
+    let noise = last.noise.unwrap_or(0.0);
+    let above = |rmse: f64| (rmse.powi(2) - noise.powi(2)).max(0.0).sqrt();
+    Some((
+        1.0 - above(last.rmse_after) / above(first.rmse_before).max(1e-12),
+        stays,
+    ))
 }
 
 fn explains_little(gain: &Gain, family: &dyn Family, ladder: &Ladder) -> bool {
@@ -240,10 +245,13 @@ mod tests {
     fn what_all_names_take_away_is_counted_from_the_first_to_the_last_of_a_load() {
         let forces = [named("N", [0.2, 0.15]), named("N", [0.15, 0.12])];
         let (share, stays) = explained_in_all(&forces).expect("a share");
+        let above = |rmse: f64| (rmse * rmse - 1e-4).sqrt();
         assert!(
-            (share - 0.4).abs() < 1e-9 && (stays - 12.0).abs() < 1e-9,
+            (share - (1.0 - above(0.12) / above(0.2))).abs() < 1e-9 && (stays - 12.0).abs() < 1e-9,
             "{share} {stays}"
         );
+        let (all, _) = explained_in_all(&[named("N", [0.02, 0.0105])]).expect("a share");
+        assert!(all > 0.8, "what is left is noise: {all}");
         assert!(explained_in_all(&[named("m", [0.2, 0.15])]).is_none());
         assert!(explained_in_all(&[]).is_none());
     }

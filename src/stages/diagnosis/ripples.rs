@@ -24,6 +24,8 @@ const MOVES: f64 = 0.3;
 const ENDS: [f64; 2] = [0.1, 0.03];
 /// Share of what is above the noise, but for a cubic, that one wave takes away: a patch has many.
 const ONE: f64 = 0.7;
+/// Swing in the second half over that in the first: what a touch sets ringing dies away, and ribs do not.
+const LASTS: f64 = 0.5;
 /// Fewest samples.
 const SAMPLES: usize = 30;
 /// Power over the middle one of the spectrum from which on it is one wavelength; half of how far the force swings, in units of the noise of
@@ -133,7 +135,7 @@ fn ripple_of(interaction: &Interaction, noise: f64) -> Option<Ripple> {
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     let (ratio, force) = (power / median(&spectrum.power)?.max(1e-30), power.sqrt());
     let large = ratio > CLEAR && force > SWINGS.0 * noise && force > SWINGS.1 * usual;
-    (large && one_wave(&over, grid.at(top))? > ONE).then(|| Ripple {
+    (large && one_wave(&over, grid.at(top))? > ONE && lasts(&over, grid.at(top))? > LASTS).then(|| Ripple {
         interaction: interaction.name.clone(),
         line,
         frequency: grid.at(top),
@@ -145,14 +147,8 @@ fn ripple_of(interaction: &Interaction, noise: f64) -> Option<Ripple> {
 
 /// Share of what a cubic leaves above the noise between neighbours that a wave of this frequency takes away.
 fn one_wave((ways, forces): &(Vec<f64>, Vec<Vector3<f64>>), frequency: f64) -> Option<f64> {
-    let (first, n) = (*ways.first()?, ways.len());
-    let way = ways.last()? - first;
-    let turn = std::f64::consts::TAU * frequency;
-    let a = DMatrix::from_fn(n, 6, |i, k| match k {
-        4 => (turn * (ways[i] - first)).sin(),
-        5 => (turn * (ways[i] - first)).cos(),
-        _ => (2.0 * (ways[i] - first) / way - 1.0).powi(k as i32),
-    });
+    let n = ways.len();
+    let a = waves(ways, frequency)?;
     let even = DVector::from_element(n, 1.0);
     let left = |columns: usize| -> Option<f64> {
         let a = a.columns(0, columns).into_owned();
@@ -168,6 +164,37 @@ fn one_wave((ways, forces): &(Vec<f64>, Vec<Vector3<f64>>), frequency: f64) -> O
         .sum::<f64>();
     let (before, after) = (left(4)?, left(6)?);
     Some((before - after) / (before - noise).max(1e-12 * before))
+}
+
+/// How much a wave of this frequency swings in the second half of the way over how much in the first, if it grows or dies evenly.
+fn lasts((ways, forces): &(Vec<f64>, Vec<Vector3<f64>>), frequency: f64) -> Option<f64> {
+    let a = waves(ways, frequency)?;
+    let even = DVector::from_element(ways.len(), 1.0);
+    // Squares at a quarter and at three quarters of the way.
+    let squares = |axis: usize| -> Option<[f64; 2]> {
+        let y = DVector::from_fn(ways.len(), |i, _| forces[i][axis]);
+        let x = weighted_linear(&a, &y, &even)?.x;
+        Some([-0.5, 0.5].map(|at| (x[4] + at * x[6]).powi(2) + (x[5] + at * x[7]).powi(2)))
+    };
+    let [first, second] = [0, 1].map(|half| (0..3).map(|axis| Some(squares(axis)?[half])).sum::<Option<f64>>());
+    Some((second? / first?.max(1e-30)).sqrt())
+}
+
+/// Columns over the way: a cubic, a wave of this frequency, and one that grows evenly from minus one to one.
+fn waves(ways: &[f64], frequency: f64) -> Option<DMatrix<f64>> {
+    let first = *ways.first()?;
+    let way = ways.last()? - first;
+    let turn = std::f64::consts::TAU * frequency;
+    Some(DMatrix::from_fn(ways.len(), 8, |i, k| {
+        let (gone, share) = (turn * (ways[i] - first), 2.0 * (ways[i] - first) / way - 1.0);
+        match k {
+            4 => gone.sin(),
+            5 => gone.cos(),
+            6 => share * gone.sin(),
+            7 => share * gone.cos(),
+            _ => share.powi(k as i32),
+        }
+    }))
 }
 
 /// What goes straight ahead: how far it has gone, m, with the force, and its line.
@@ -211,8 +238,8 @@ mod tests {
     use super::*;
     use crate::capture::{PoseStream, WrenchStream};
 
-    /// A push of 6 cm along x in two seconds, over ribs every 9 mm that swing by so many newtons.
-    fn push(k: usize, ribs: f64) -> Interaction {
+    /// A push of 6 cm along x in two seconds, over ribs every 9 mm that swing by so many newtons, the less the farther it is by `dies`, 1/m.
+    fn push(k: usize, (ribs, dies): (f64, f64)) -> Interaction {
         let (mut wrench, mut track) = (WrenchStream::default(), PoseStream::default());
         for i in 0..500 {
             let t = 0.005 * f64::from(i);
@@ -220,7 +247,7 @@ mod tests {
             let own = k as f64;
             let wobble = 0.02 * (211.0 * t * (1.0 + t + 0.1 * own)).sin() + 0.02 * (47.0 * (1.0 + 0.3 * own) * t).sin();
             let rubs = if t > 0.25 && t < 2.25 { 2.0 } else { 0.0 };
-            let ribs = ribs * rubs * 0.5 * (std::f64::consts::TAU * way / 0.009).sin();
+            let ribs = ribs * (-dies * way).exp() * rubs * 0.5 * (std::f64::consts::TAU * way / 0.009).sin();
             wrench.time.push(t);
             wrench.force.push(Vector3::new(rubs + ribs + wobble, wobble, 0.0));
             track.time.push(t);
@@ -245,15 +272,17 @@ mod tests {
 
     #[test]
     fn ribs_are_told_by_their_wavelength_and_a_wobble_is_none() {
-        let tops = |ribs: f64| {
+        let tops = |ribs: f64, dies: f64| {
             (0..4)
-                .filter_map(|k| ripple_of(&push(k, ribs), 0.02))
+                .filter_map(|k| ripple_of(&push(k, (ribs, dies)), 0.02))
                 .collect::<Vec<_>>()
         };
-        let own = common(&tops(0.2)).expect("ribs");
+        let own = common(&tops(0.2, 0.0)).expect("ribs");
         assert_eq!(own.len(), 4);
         assert!(own.iter().all(|r| (r.frequency - 1.0 / 0.009).abs() < 3.0), "{own:?}");
         assert!(own.iter().all(|r| (r.force - 0.2).abs() < 0.04), "{own:?}");
-        assert!(common(&tops(0.0)).is_none());
+        assert!(common(&tops(0.0, 0.0)).is_none());
+        // A soft finger rings as it meets a body.
+        assert!(common(&tops(0.8, 50.0)).is_none());
     }
 }

@@ -192,7 +192,10 @@ pub fn lag_of(all: &[Onset]) -> Option<SensorLag> {
     let pooled = random_effects(&values, &sds, SCATTER * typical)?;
     let like_it = [Read::Late, Read::Presliding, Read::Soft].map(|read| worse(&told, &by(all, read)));
     let better = like_it.into_iter().fold(f64::INFINITY, f64::min);
-    if !(LEAST..LONGEST).contains(&pooled.mean) || pooled.mean < CLEAR * pooled.sd || better < BETTER {
+    // Within one reading nothing comes up.
+    let steps: Vec<f64> = all.iter().map(|o| o.step).collect();
+    let least = LEAST.max(quantile(&steps, 0.5)?);
+    if !(least..LONGEST).contains(&pooled.mean) || pooled.mean < CLEAR * pooled.sd || better < BETTER {
         return None;
     }
     let held = all.iter().filter(|o| o.held_out).map(|o| o.interaction.clone());

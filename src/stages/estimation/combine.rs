@@ -5,6 +5,7 @@ use super::Config;
 use super::accelerate::Accelerated;
 use super::facts::Facts;
 use super::friction_force::Sliding;
+use super::loaded::METHOD;
 use super::pool::{positive, relative_sd};
 use super::resolve::{Before, STAGE};
 use super::together::{Moved, NOISY, Prior, Together, Word, learnt, ledger, left_open, together};
@@ -28,7 +29,10 @@ pub(super) fn combine(
     config: &Config,
     notices: &mut Notices,
 ) {
-    let words = words_of(facts, sliding, g);
+    let mut words = words_of(facts, sliding, g);
+    // What all drags under loads say together stands for one weighing.
+    let loaded = link.mass.as_ref().filter(|m| m.method == METHOD);
+    words.extend(loaded.and_then(|m| Word::weighed(m.from.first()?, (m.value, m.sd?))));
     let prior = prior_of(sliding, before, config);
     let Some(found) = together(&words, &prior, config.friction_scatter) else {
         return;
@@ -111,7 +115,12 @@ fn write(target: &mut Option<Estimate>, found: &Together, k: usize, moved: &[Mov
     let extra = (apart - 2.0 * sd.hypot(relative_sd(old))).max(least * apart);
     let mut rests: Vec<&Moved> = moved.iter().filter(|m| m.doubt[k] > RESTS).collect();
     rests.sort_by(|a, b| b.doubt[k].total_cmp(&a.doubt[k]));
-    let mut from: Vec<String> = rests.iter().map(|m| m.interaction.clone()).collect();
+    let mut from: Vec<String> = Vec::new();
+    for name in rests.iter().map(|m| &m.interaction) {
+        if !from.contains(name) {
+            from.push(name.clone());
+        }
+    }
     if from.is_empty() {
         from.clone_from(&old.from);
     }

@@ -31,6 +31,7 @@ mod joint_load;
 mod joint_matter;
 mod lean;
 mod lift;
+mod loaded;
 mod materials;
 mod next_touch;
 mod one_speed;

@@ -10,6 +10,7 @@ use super::combine::combine;
 use super::facts::{Facts, Ground};
 use super::friction_force::{Sliding, sliding_of};
 use super::lean::on_slope;
+use super::loaded::mass_by_loads;
 use super::one_speed::confound_with_damping;
 use super::pool::{pooled, positive, relative_sd};
 use super::solid::Solid;
@@ -115,10 +116,9 @@ pub(super) fn conclude(
     weigh_in(link, facts);
     slide_down(link, facts, config);
     let facts = &on_slope(link, facts, before, ground, config);
-    let mass = link.mass.as_ref().map(|m| m.value);
     let mu = link.friction.kinetic.as_ref().map(|f| f.value);
     let assumed = before.mass(config).0;
-    let weight_for = |force: f64| g * mass.unwrap_or_else(|| force / (g * mu.unwrap_or(before.kinetic(config).0)));
+    let known = link.mass.as_ref().map(|m| m.value);
     let (centre, centre_sd) = before.centre();
     let local_normal = link.pose.rotation.inverse() * ground.plane.normal;
     let (radius, radius_log_sd) = before.radius(&local_normal);
@@ -127,9 +127,16 @@ pub(super) fn conclude(
         centre_sd,
         radius,
         radius_log_sd,
-        weight: g * mass.unwrap_or(assumed),
-        mass: mass.unwrap_or(assumed),
+        weight: g * known.unwrap_or(assumed),
+        mass: known.unwrap_or(assumed),
     };
+    if link.mass.is_none() {
+        link.mass = mass_by_loads(&facts.pushes, &prior, g, config);
+    }
+    let mass = link.mass.as_ref().map(|m| m.value);
+    prior.mass = mass.unwrap_or(assumed);
+    prior.weight = g * prior.mass;
+    let weight_for = |force: f64| g * mass.unwrap_or_else(|| force / (g * mu.unwrap_or(before.kinetic(config).0)));
     let mut sliding = None;
     // The load that the tool adds counts against the weight, which follows from the force: three rounds settle it.
     for round in 0..3 {

@@ -6,6 +6,7 @@ mod config;
 mod contact;
 mod cut;
 mod doubtful;
+mod frozen;
 mod hum;
 mod motion;
 mod preload;

@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::ceiling::ceiling_of;
 use super::clipped::clipped_of;
+use super::frozen::{frozen_of, thaw};
 use super::hum::hum_of;
 use crate::capture::{Capture, Interaction, Kind, SensorFaults, Strays};
 use crate::math::{mad_sd, median, quantile};
@@ -55,8 +56,9 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
         stray_positions: tracks.map(|t| t.1),
         clipped: clipped_of(capture).or_else(|| ceiling_of(capture)),
         hum,
+        frozen: frozen_of(capture),
     };
-    if faults.strays.is_none() && tracks.is_none() && faults.clipped.is_none() {
+    if faults.sound() {
         return (None, faults);
     }
     let mut clean = capture.clone();
@@ -75,6 +77,8 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
                 interaction.force = None;
             }
         }
+        let held = interaction.tracks.values_mut().filter(|_| faults.frozen.is_some());
+        held.for_each(thaw);
         for track in interaction.tracks.values_mut().filter(|_| tracks.is_some()) {
             let positions: Vec<Vector3<f64>> = track.position.iter().map(|p| p.coords).collect();
             for i in Judged::of(&positions).strays(tracks.map_or(0.0, |t| t.0)) {

@@ -83,4 +83,20 @@ mod tests {
         assert_eq!(on_line(&time[..1], &points[..1], 0.3), Some(points[0]));
         assert!(on_line(&time[3..], &points[3..], 0.0).is_none());
     }
+
+    #[test]
+    fn a_path_read_at_thirty_hertz_goes_on_evenly() {
+        let (model, mut action) = super::super::push::tests::pushed(0.3);
+        action.tool.time = (0..60).map(|k| f64::from(k) / 30.0).collect();
+        let place = |t: &f64| nalgebra::Point3::new(-0.06 + 0.03 * t, 0.015, 0.03);
+        action.tool.position = action.tool.time.iter().map(place).collect();
+        let body = &model.twin.bodies[0];
+        let stance = Stance::of(&model, body, &action.start, &action.normal.into_inner(), 0.03).expect("a stance");
+        let path = smooth_path(&action, &stance);
+        let steps: Vec<f64> = path.windows(2).map(|w| (w[1].1 - w[0].1).norm()).collect();
+        assert!(
+            path.len() > 190 && steps.iter().all(|s| (s - 0.03 * STEP).abs() < 1e-9),
+            "{steps:?}"
+        );
+    }
 }

@@ -283,3 +283,21 @@ fn a_slide_that_a_pivot_drives_ahead_of_itself_again_and_again_is_one() {
         assert!(found.joints.is_empty(), "{:?}", found.joints);
     }
 }
+
+#[test]
+fn a_drawer_by_its_name_is_held_though_its_chest_was_not_tracked() {
+    let shares = to_and_fro(500);
+    let drawn = |s: f64| Isometry3::translation(0.15 * s, 0.0, 0.05);
+    let joints = |name: &str| {
+        let run = |k: usize| {
+            let mut run = pull(k, ("chest", name), &shares, &drawn, &|s| drawn(s).translation.vector);
+            run.tracks.remove("chest");
+            run
+        };
+        joints_of(&capture(vec![run(0), run(1)], true))
+    };
+    let joint = &joints("chest/drawer")[0];
+    assert_eq!((joint.kind, joint.parent.as_str()), (JointKind::Prismatic, "world"));
+    // What is a thing of its own may stand on the table.
+    assert!(joints("drawer").is_empty());
+}

@@ -260,3 +260,39 @@ fn rms(pushes: &[&Onset], law: &dyn Fn(f64) -> f64, squeeze: impl Fn(f64) -> f64
     let squares: Vec<f64> = pushes.iter().flat_map(each).collect();
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::onset::Reading;
+    use super::*;
+
+    /// Pushes at 10 mm/s of a body that 2 N hold by a finger of 1 kN/m, whose force is `felt` of squeeze and way of the tool, m.
+    fn pushes(felt: impl Fn(f64, f64) -> f64) -> Vec<Onset> {
+        let one = |k: usize| {
+            let mut push = Onset::told(&format!("push-{k}"), false, 0.01, (0.0, 1e-4));
+            (push.level, push.noise) = (2.0, 0.01);
+            push.rise = (0..200)
+                .map(|i| {
+                    let time = 0.002 * f64::from(i);
+                    let way = 0.01 * time - 3e-3;
+                    let wobble = 0.01 * (f64::from(i) * 12.9898 + k as f64).sin();
+                    let force = felt(way + 2e-3, way).min(2.0) + wobble;
+                    Reading { time, way, force }
+                })
+                .collect();
+            push
+        };
+        (0..6).map(one).collect()
+    }
+
+    #[test]
+    fn a_finger_that_damps_is_neither_another_law_nor_a_delay() {
+        let touched = |squeeze: f64| f64::from(u8::from(squeeze > 0.0));
+        // 60 N·s/m: the force is up 0.6 mm before the body slides.
+        let damped = pushes(|squeeze, _| touched(squeeze) * (1000.0 * squeeze + 60.0 * 0.01));
+        assert!(damps(&damped) && contact_law_finding(&damped, "tin").is_none());
+        // The same seems so where the track is late, but nothing steps.
+        let late = pushes(|squeeze, _| (1000.0 * (squeeze + 6e-4)).max(0.0));
+        assert!(!damps(&late));
+    }
+}

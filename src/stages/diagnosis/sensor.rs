@@ -16,9 +16,7 @@ const AT_ONE_LEVEL: &str = "rises that stop at one level, with the noise alone";
 /// Strays, rounding and the end of the range, where there are such.
 pub fn sensor_findings(capture: &Capture, faults: &SensorFaults, traces: &[Trace]) -> Vec<Finding> {
     let strays = faults.strays.as_ref().map(strays);
-    let strays = strays
-        .or_else(|| faults.stray_positions.map(stray_positions))
-        .or_else(|| faults.frozen.map(frozen));
+    let strays = strays.or_else(|| faults.stray_positions.map(stray_positions));
     let clipped = faults.clipped.as_ref().map(|c| clipped(capture, c, traces));
     let rounding = faults.rounding.map(rounding);
     strays.into_iter().chain(rounding).chain(clipped).collect()
@@ -150,39 +148,19 @@ fn strays(found: &Strays) -> Finding {
 }
 
 /// Strays of the tracks alone: what is taken out does not count as foretold.
-fn stray_positions(found: (usize, usize)) -> Finding {
-    left_out(
-        found,
-        "positions beside their neighbours",
-        ("tracks at rest", "Hampel identifier, seven standard deviations"),
-        "tracked positions are far from their neighbours",
-    )
-}
-
-/// Poses of a tracker that held its last one.
-fn frozen(found: (usize, usize)) -> Finding {
-    left_out(
-        found,
-        "poses that repeat the one before",
-        (
-            "tracks",
-            "a pose like the one before to the last digit, for three rows and more",
-        ),
-        "tracked poses only repeat the one before: the tracker stood still for a while, again and again",
-    )
-}
-
-/// So many of all poses that were left out.
-fn left_out((count, of): (usize, usize), method: &str, (residual, test): (&str, &str), what: &str) -> Finding {
+fn stray_positions((count, of): (usize, usize)) -> Finding {
     let share = count as f64 / of as f64;
     let sd = (count as f64).sqrt() / of as f64;
-    let share_of = Estimate::measured(share, sd, "1", Vec::new(), method);
+    let share_of = Estimate::measured(share, sd, "1", Vec::new(), "positions beside their neighbours");
     let evidence = Evidence {
-        residual: residual.into(),
-        test: test.into(),
+        residual: "tracks at rest".into(),
+        test: "Hampel identifier, seven standard deviations".into(),
         statistic: count as f64,
         p_value: 0.0,
-        words: format!("{:.2} % of the {what}; they were left out", 100.0 * share),
+        words: format!(
+            "{:.2} % of the tracked positions are far from their neighbours and were left out",
+            100.0 * share
+        ),
     };
     let gain = Gain {
         quantity: "position".into(),

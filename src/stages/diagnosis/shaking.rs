@@ -88,7 +88,22 @@ fn hums(hum: &Hum) -> Evidence {
     }
 }
 
-/// What shakes or hums, if something does: it is told beside what the plain model leaves, and makes what was named less sure.
+/// Of a tracker that held its last pose for a while, in so many of all poses.
+fn frozen((count, of): (usize, usize)) -> Evidence {
+    Evidence {
+        residual: "tracks".into(),
+        test: "a pose like the one before to the last digit, for three rows and more".into(),
+        statistic: count as f64,
+        p_value: 0.0,
+        words: format!(
+            "{:.1} % of the tracked poses only repeat the one before, for several rows at a time: the tracker stood still, of which the \
+             catalogue knows nothing; they were left out",
+            100.0 * count as f64 / of as f64
+        ),
+    }
+}
+
+/// What shakes, hums or stands still, if something does: it is told beside what the plain model leaves, and makes what was named less sure.
 pub fn shaken(
     (capture, segmented): (&Capture, &[Segmented]),
     faults: &SensorFaults,
@@ -97,6 +112,7 @@ pub fn shaken(
     let slips = findings.iter().any(|f| STICKS_AND_SLIPS.contains(&f.cause.as_str()));
     let found = shaking(capture, segmented).filter(|_| !slips).map(|s| s.evidence());
     let found = found.or_else(|| faults.hum.as_ref().map(hums));
+    let found = found.or_else(|| faults.frozen.map(frozen));
     tell_beside(found, (findings, base))
 }
 

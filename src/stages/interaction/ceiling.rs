@@ -22,7 +22,7 @@ const SCATTER: f64 = 1.25;
 const OFF: f64 = 0.003;
 /// Seconds in which a body is brought up to the speed of the tool.
 const BLOW: f64 = 0.15;
-/// Share of the momentum that it must have got which may be seen above the level, and by how many standard deviations the rest
+/// Share of the momentum that it must have got which may be seen above friction, and by how many standard deviations the rest
 /// is missed.
 const SEEN: f64 = 0.3;
 const MISSED: f64 = 5.0;
@@ -154,9 +154,10 @@ fn stop_of(interaction: &Interaction, sizes: &[f64], (level, loose): (f64, f64),
         return None;
     }
     let until = sizes.len().min(at + (BLOW / step) as usize);
-    let over: f64 = sizes[at..until].iter().map(|x| (x - level) * step).sum();
     let later: Vec<f64> = sizes[at..].iter().copied().filter(|x| *x > 0.5 * level).collect();
     let friction = median(&later)?.min(level);
+    // What is above friction speeds the body up, above the level or not.
+    let over: f64 = sizes[at..until].iter().map(|x| (x - friction) * step).sum();
     let speed = speed_after(interaction, time[at])?;
     let momentum = LIGHTEST * friction * speed;
     let doubt = noise * step * ((until - at) as f64).sqrt();

@@ -176,8 +176,9 @@ fn lasts((ways, forces): &(Vec<f64>, Vec<Vector3<f64>>), frequency: f64) -> Opti
         let x = weighted_linear(&a, &y, &even)?.x;
         Some([-0.5, 0.5].map(|at| (x[4] + at * x[6]).powi(2) + (x[5] + at * x[7]).powi(2)))
     };
-    let [first, second] = [0, 1].map(|half| (0..3).map(|axis| Some(squares(axis)?[half])).sum::<Option<f64>>());
-    Some((second? / first?.max(1e-30)).sqrt())
+    let axes = (0..3).map(squares).collect::<Option<Vec<[f64; 2]>>>()?;
+    let [first, second] = [0, 1].map(|half| axes.iter().map(|a| a[half]).sum::<f64>());
+    Some((second / first.max(1e-30)).sqrt())
 }
 
 /// Columns over the way: a cubic, a wave of this frequency, and one that grows evenly from minus one to one.

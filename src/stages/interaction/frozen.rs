@@ -3,7 +3,6 @@
 use nalgebra::Point3;
 
 use crate::capture::{Capture, PoseStream, position_noise};
-use crate::math::median;
 
 /// Fewest rows of a stretch that repeat, and fewest such stretches.
 const ROWS: usize = 3;
@@ -46,8 +45,7 @@ pub(super) fn frozen_of(capture: &Capture) -> Option<(usize, usize)> {
     // What rests without noise repeats itself from its beginning on.
     let begins = |t: &&&PoseStream| repeats(t).first().is_some_and(|own| own[0] == 1);
     let all_noisy = 2 * tracks.iter().filter(noisy).count() > tracks.len();
-    let usual = median(&stretches.iter().map(|n| *n as f64).collect::<Vec<f64>>())?;
-    let few = stretches.len() >= STRETCHES && (count as f64) < MOST * of as f64 && usual >= ROWS as f64;
+    let few = stretches.len() >= STRETCHES && (count as f64) < MOST * of as f64;
     (few && all_noisy && 4 * tracks.iter().filter(begins).count() < tracks.len()).then_some((count, of))
 }
 

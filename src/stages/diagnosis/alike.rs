@@ -111,6 +111,11 @@ pub fn acts_at_a_place(cause: &str) -> bool {
     LOCAL.contains(&cause)
 }
 
+/// Whether a cause acts at one place of the table.
+pub fn on_the_table(cause: &str) -> bool {
+    ON_THE_TABLE.contains(&cause) || cause == "hidden-body"
+}
+
 /// Whether two causes together are but another form of one: at one place, or in speed.
 pub fn of_one_form(causes: &[&str]) -> bool {
     let within = |class: &[&str]| causes.iter().all(|c| class.contains(c));

@@ -1,6 +1,6 @@
 //! Interactions that were not fitted judge each effect: what makes them worse is no cause, however well it fits.
 
-use super::alike::acts_at_a_place;
+use super::alike::{acts_at_a_place, on_the_table};
 use super::evidence::{foretold, paired};
 use super::family::{Family, Scatter};
 use super::fit::{Fit, fit, parameters};
@@ -78,6 +78,21 @@ fn overruled(family: &dyn Family, taken: &Taken) -> Evidence {
 /// Share of the error, and log evidence, nats, below which an effect that nothing was held out for says nothing.
 const NOTHING: f64 = 0.03;
 const PLAIN: f64 = 15.0;
+/// The same of what acts at a place of the table, however much the evidence.
+const RUINED: f64 = -0.05;
+
+/// Share of the gain that one interaction of so many or more has, from which on none of the others bears it out.
+const ALONE: (f64, usize) = (0.9, 5);
+
+/// Whether one interaction alone asks for what the others might have passed as well.
+fn of_one_alone(before: &Fit, after: &Fit) -> bool {
+    let pairs = after.states.iter().zip(&before.states);
+    let gains: Vec<f64> = pairs
+        .map(|(a, b)| (a.log_likelihood - b.log_likelihood).max(0.0))
+        .collect();
+    let most = gains.iter().copied().fold(0.0, f64::max);
+    gains.len() >= ALONE.1 && most > ALONE.0 * gains.iter().sum::<f64>()
+}
 
 /// Measures each effect on held-out interactions, beside those before it that stand.
 fn judge(family: &dyn Family, ladder: &mut Ladder) {
@@ -146,8 +161,16 @@ fn judged(
     let further = !first && taken.gain < LESSER * ladder.taken[0].gain;
     let hollow = further && hollow(family, ladder, &gain, taken.law);
     let ruins = ladder.left.is_some() && gain.reduction < RUINS && above_noise(family, &gain, taken.law);
-    // Where none was held out, what leaves the error of those that were fitted as it is explains nothing.
-    if gain.held_out.is_empty() && gain.reduction < NOTHING && taken.gain < PLAIN {
+    // What one interaction alone asks for, while those that were held out go as repeats go without it, is of that one.
+    let on_the_table = on_the_table(law.cause);
+    let as_repeats = gain.held_out.is_empty() || gain.rmse_before < REPEATS * family.unforeseen();
+    if on_the_table && as_repeats && of_one_alone(before, after) {
+        return None;
+    }
+    // Where none was held out, what leaves the error of those that were fitted as it is explains nothing; at a place of the table what
+    // makes it worse is what the form of something else leaves there.
+    let ruined = on_the_table && gain.reduction < RUINED;
+    if gain.held_out.is_empty() && (ruined || gain.reduction < NOTHING && taken.gain < PLAIN) {
         return None;
     }
     let vetoed =

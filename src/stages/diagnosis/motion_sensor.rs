@@ -1,11 +1,11 @@
 //! What reads the load of a joint, and what is wrong with it.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::family::{Active, Law, Parameter};
 use super::motion_laws::{Maker, Moved, form};
 use super::motions::Scale;
-use crate::capture::{Capture, Segmented};
+use crate::capture::{Capture, PhaseKind, Segmented};
 
 /// Share of the friction of a joint up to which what a free finger reads is none.
 const NOTHING: f64 = 0.05;
@@ -19,8 +19,40 @@ pub struct Free {
     tare: Option<(Vector3<f64>, f64)>,
     /// Friction of the joint at the tool, N.
     friction: f64,
+    /// What all hands read along a direction in which none of them strains, N, where no finger was free.
+    held: Option<Vector3<f64>>,
     /// Tools are turned, within motions or from one to the next.
     pub tool_turns: bool,
+}
+
+/// Fewest hands that tell what they read without strain, how many times their noise it may scatter, and how many times that the strain
+/// of any other direction does at least.
+const HANDS: usize = 5;
+const STILL: f64 = 4.0;
+const STRAINS: f64 = 8.0;
+/// Standard deviations from nought from which on it counts.
+const CLEAR: f64 = 8.0;
+
+/// What hands that hold on read before they set out has in common along the direction in which it scatters least: they strain at what
+/// sticks as chance will have it, where nothing moves they do not.
+fn unstrained(read: &[(Vector3<f64>, f64)]) -> Option<Vector3<f64>> {
+    let n = read.len() as f64;
+    if read.len() < HANDS {
+        return None;
+    }
+    let mean = read.iter().map(|r| r.0).sum::<Vector3<f64>>() / n;
+    let off = |r: &(Vector3<f64>, f64)| (r.0 - mean) * (r.0 - mean).transpose();
+    let spread = SymmetricEigen::new(read.iter().map(off).sum::<Matrix3<f64>>() / (n - 1.0));
+    let least = spread.eigenvalues.imin();
+    let scatter = spread.eigenvalues[least].max(0.0).sqrt();
+    let others = (0..3)
+        .filter(|k| *k != least)
+        .map(|k| spread.eigenvalues[k].max(0.0).sqrt());
+    let noise = crate::math::median(&read.iter().map(|r| r.1).collect::<Vec<f64>>())?;
+    let common = spread.eigenvectors.column(least) * mean.dot(&spread.eigenvectors.column(least));
+    let strained = others.fold(f64::INFINITY, f64::min) > STRAINS * scatter;
+    let told = scatter < STILL * noise && strained && common.norm() > CLEAR * scatter.max(noise);
+    told.then_some(common)
 }
 
 impl Free {
@@ -40,6 +72,7 @@ impl Free {
         let largest = tares.iter().map(|t| t.norm()).fold(0.0, f64::max);
         Self {
             tare: (!tares.is_empty()).then_some((mean, largest)),
+            held: unstrained(&held_reads(capture, segmented)).filter(|_| tares.is_empty()),
             friction,
             tool_turns,
         }
@@ -50,6 +83,7 @@ impl Free {
     pub fn reading(tare: Vector3<f64>, friction: f64) -> Self {
         Self {
             tare: Some((tare, tare.norm())),
+            held: None,
             friction,
             tool_turns: false,
         }
@@ -60,12 +94,43 @@ impl Free {
         self.tare.is_some_and(|(_, largest)| largest < NOTHING * self.friction)
     }
 
-    /// The force that all of them read, N.
+    /// The force that all of them read, N; of hands, that along which none strains.
     pub fn bias(&self) -> Option<Vector3<f64>> {
-        let (mean, _) = self.tare?;
+        let mean = self.tare.map(|t| t.0).or(self.held)?;
         (mean.norm() > NOTHING * self.friction).then_some(mean)
     }
 }
+
+/// What each hand read before it set out, with the noise of that mean, N.
+fn held_reads(capture: &Capture, segmented: &[Segmented]) -> Vec<(Vector3<f64>, f64)> {
+    let hands = capture
+        .fitted()
+        .filter(|i| i.tool.as_ref().is_some_and(|t| t.grip || t.pin));
+    let read = |i: &crate::capture::Interaction| {
+        let own = segmented.iter().find(|s| s.interaction == i.name)?;
+        let sets_out = own.of(PhaseKind::Slide).map(|p| p.start).reduce(f64::min)?;
+        let stream = i.force.as_ref()?;
+        let begin = *stream.time.first()?;
+        let rests = stream
+            .time
+            .partition_point(|t| *t < begin + BEFORE * (sets_out - begin));
+        let rows: Vec<&Vector3<f64>> = stream.force[..rests]
+            .iter()
+            .filter(|f| f.iter().all(|x| x.is_finite()))
+            .collect();
+        let n = rows.len() as f64;
+        let mean = rows.iter().copied().sum::<Vector3<f64>>() / n;
+        (rows.len() >= FEW_ROWS)
+            .then(|| Some((mean, own.force_noise? / n.sqrt().min(FEW_ROWS as f64))))
+            .flatten()
+    };
+    hands.filter_map(read).collect()
+}
+
+/// Share of the time before it sets out that is surely before it, and the fewest readings of it; noise that goes on from reading to
+/// reading does not average out as more than the square of these do.
+const BEFORE: f64 = 0.6;
+const FEW_ROWS: usize = 7;
 
 /// The load as a sensor with its faults, at an arm that may be wrong, reads it.
 pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
@@ -163,4 +228,24 @@ fn room_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         )
     };
     own.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hands_that_strain_along_two_ways_tell_what_is_read_along_the_third() {
+        let one = |k: u32, z: f64| {
+            let strain = Vector3::new(f64::from(k * k % 7) - 2.0, f64::from(k * 5 % 3) - 1.5, 0.0);
+            (strain + Vector3::z() * (z + 0.002 * f64::from(k % 2)), 0.003)
+        };
+        let read = |z: f64| (0..8).map(|k| one(k, z)).collect::<Vec<_>>();
+        let told = unstrained(&read(0.4)).expect("read by all");
+        assert!((told.z - 0.4).abs() < 0.01 && told.xy().norm() < 0.01, "{told}");
+        assert!(unstrained(&read(0.0)).is_none());
+        // Hands that do not strain at all may have been told to pull so.
+        let still: Vec<_> = (0..8).map(|_| (Vector3::z() * 0.4, 0.003)).collect();
+        assert!(unstrained(&still).is_none());
+    }
 }

@@ -36,6 +36,8 @@ const OF_THE_FINGER: f64 = 0.3;
 const FEWEST: usize = 3;
 /// How far the logarithm of a weight that nobody weighed may be off.
 const HEAVIER: f64 = 0.4;
+/// Share of friction from which on what speeds a body up counts.
+const INERT: f64 = 0.02;
 
 /// All pushes of single bodies.
 #[derive(Clone)]
@@ -151,9 +153,10 @@ impl Pushes {
         base.push(Parameter::scale("slip_length", "m", 5e-4, 0.7));
         // What the limit surface misses of a foot that turns is the same in every push.
         base.push(Parameter::amplitude("turning", "1", TURNING));
-        // What a finger adds or takes off counts by the weight.
-        let pressed = |g: usize| !self.weighed[self.bodies[g]] && self.states[g].iter().any(|s| s.loaded != 1.0);
-        if (0..self.states.len()).any(pressed) {
+        // What a finger adds or takes off counts by the weight, and what speeds the body up goes with it.
+        let counts = |s: &State| s.loaded != 1.0 || s.inertia.abs() > INERT * s.force.norm();
+        let guessed = |g: usize| !self.weighed[self.bodies[g]] && self.states[g].iter().any(counts);
+        if (0..self.states.len()).any(guessed) {
             base.push(Parameter::amplitude("log_weight", "1", HEAVIER));
         }
         base
@@ -288,7 +291,7 @@ impl Family for Pushes {
                 push_laws::viscous(a, s, &mut viscous);
                 viscous += push_laws::loose(a, states, i, load);
             }
-            let rubs = s.force * (level * share * loaded) + s.heading * (viscous + s.inertia);
+            let rubs = s.force * (level * share * loaded) + s.heading * (viscous + s.inertia * weight);
             let force = match s.contact {
                 true if s.led => rubs + table,
                 true => push_laws::held(&rubs, &table),

@@ -50,6 +50,8 @@ struct Run {
     time: Vec<f64>,
     position: Vec<Vector2<f64>>,
     noise: f64,
+    /// Delay between force and track that is allowed for (1 sd), s.
+    late: f64,
 }
 
 impl Run {
@@ -67,7 +69,7 @@ impl Run {
             .iter()
             .zip(&self.position)
             .map(|(p, seen)| [miss(p.x, seen.x), miss(p.y, seen.y)]);
-        misses.flatten().chain([x[6] * LATE.recip()]).collect()
+        misses.flatten().chain([x[6] * self.late.recip()]).collect()
     }
 
     /// By differences over five rows, m/s.
@@ -133,17 +135,33 @@ pub(super) fn accelerated(
     ground: &Ground,
     config: &Config,
 ) -> Option<Tried> {
-    let run = run_of(interaction, segmented, link, ground)?;
+    let run = run_of(interaction, segmented, link, ground, LATE)?;
     let told = Some(&run)
         .filter(|r| r.is_uneven())
         .and_then(|r| told_by(r, interaction, ground, config));
     Some(Tried {
-        told,
+        told: told.map(|t| t.0),
         speed: run.top_speed(),
     })
 }
 
-fn told_by(run: &Run, interaction: &Interaction, ground: &Ground, config: &Config) -> Option<Accelerated> {
+/// The same where force and track may be `late` (1 sd, s) to one another: what it told, how much later than the track the force is, s,
+/// with its standard deviation, and by how much the logarithm of the mass goes with that, 1/s.
+pub(super) fn accelerated_late(
+    interaction: &Interaction,
+    segmented: &Segmented,
+    link: &str,
+    ground: &Ground,
+    config: &Config,
+    late: f64,
+) -> Option<(Accelerated, (f64, f64), f64)> {
+    let run = run_of(interaction, segmented, link, ground, late).filter(Run::is_uneven)?;
+    let (told, fit) = told_by(&run, interaction, ground, config)?;
+    let slope = fit.covariance[(0, 6)] / fit.covariance[(6, 6)].max(1e-30);
+    Some((told, (fit.x[6], fit.sd(6)), slope))
+}
+
+fn told_by(run: &Run, interaction: &Interaction, ground: &Ground, config: &Config) -> Option<(Accelerated, Fit)> {
     let fit = fit(run)?;
     let (mass, friction) = (fit.x[0].exp(), fit.x[1].exp());
     let memory = run.position.len() as f64 * 2.0 / effective_samples(fit.residuals.as_slice()).max(1.0);
@@ -160,7 +178,7 @@ fn told_by(run: &Run, interaction: &Interaction, ground: &Ground, config: &Confi
         shared: fit.covariance[(0, 1)] * wide * wide,
     };
     let told = own < WORTH && misfit < MISFIT && inertial > INERTIAL * friction && found.rubs(ground);
-    told.then_some(found)
+    told.then_some((found, fit))
 }
 
 impl Accelerated {
@@ -171,7 +189,7 @@ impl Accelerated {
     }
 }
 
-fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: &Ground) -> Option<Run> {
+fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: &Ground, late: f64) -> Option<Run> {
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let stream = interaction.force.as_ref()?;
     let start = segmented.of(PhaseKind::Slide).map(|p| p.start).reduce(f64::min)?;
@@ -209,6 +227,7 @@ fn run_of(interaction: &Interaction, segmented: &Segmented, link: &str, ground: 
         time: rows.iter().map(|&i| track.time[i]).collect(),
         position: rows.iter().map(|&i| plane.flat(&track.position[i].coords)).collect(),
         noise: segmented.position_noise.unwrap_or(3e-4).max(2e-5),
+        late,
     })
 }
 

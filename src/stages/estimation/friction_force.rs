@@ -254,7 +254,7 @@ mod tests {
             time: 0.1 * f64::from(k),
             force: Vector2::new(2.0, 0.0),
             lift: 0.0,
-            moment: 0.0,
+            moment: Some(0.0),
             velocity: Vector2::new(0.05, 0.0),
             spin: 0.0,
             acceleration: Vector2::zeros(),

@@ -5,6 +5,7 @@ use crate::capture::{Capture, Kind, Segmented};
 use crate::twin::Model;
 
 use super::Config;
+use super::accelerate::accelerated_late;
 use super::company::alone;
 use super::facts::{ground_of, subject};
 use super::identify::{befores, shapes};
@@ -57,14 +58,15 @@ impl Inertial {
     }
 }
 
-/// Every push that was fast enough to tell of inertia, of links that moved alone.
+/// Every push that was fast enough to tell of inertia, and every drag by a hand that was, of links that moved alone.
 pub fn inertial(capture: &Capture, segmented: &[Segmented], model: &Model) -> Result<Vec<Inertial>> {
     let ground = ground_of(capture, &model.twin);
     let config = Config::default();
     // Their shapes alone are asked, which no table of materials changes.
     let befores = befores(capture, model, &config.materials)?;
     let shapes = shapes(model, &befores, &ground);
-    let pushes = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
+    let drags = |i: &crate::capture::Interaction| i.kind == Kind::Pull && i.tool.as_ref().is_some_and(|t| t.grip);
+    let moved = capture.interactions.iter().filter(|i| i.kind == Kind::Push || drags(i));
     let one = |interaction: &crate::capture::Interaction| {
         let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
         let link = subject(interaction, cut)?;
@@ -72,8 +74,12 @@ pub fn inertial(capture: &Capture, segmented: &[Segmented], model: &Model) -> Re
         if !alone(interaction, cut, link, &model.twin) || tumbles(track, &ground.plane.normal) {
             return None;
         }
-        let (found, delay, mass_by_delay, from_rest) =
-            shoved_whole(interaction, cut, link, &ground, shapes.get(link)?, &config, LATE)?;
+        let (found, delay, mass_by_delay, from_rest) = if drags(interaction) {
+            let (found, delay, slope) = accelerated_late(interaction, cut, link, &ground, &config, LATE)?;
+            (found, delay, slope, false)
+        } else {
+            shoved_whole(interaction, cut, link, &ground, shapes.get(link)?, &config, LATE)?
+        };
         Some(Inertial {
             link: link.to_owned(),
             interaction: interaction.name.clone(),
@@ -84,7 +90,7 @@ pub fn inertial(capture: &Capture, segmented: &[Segmented], model: &Model) -> Re
             from_rest,
         })
     };
-    Ok(pushes.filter_map(one).collect())
+    Ok(moved.filter_map(one).collect())
 }
 
 #[cfg(test)]

@@ -108,7 +108,7 @@ fn weighed(pushes: &[Push], lean: &Vector2<f64>) -> Option<(f64, f64)> {
 fn without_weight(push: &mut Push, weight: Vector2<f64>, centre: &Vector3<f64>, ground: &Ground) {
     for block in &mut push.blocks {
         block.force += weight;
-        block.moment += (block.axes * centre).perp(&weight);
+        block.moment = block.moment.map(|m| m + (block.axes * centre).perp(&weight));
     }
     let along = ground.plane.flat(&push.direction);
     if let Some(breakaway) = &mut push.breakaway {

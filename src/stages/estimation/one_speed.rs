@@ -61,7 +61,7 @@ mod tests {
             time: 0.0,
             force: Vector2::new(5.5, 0.0),
             lift: 0.0,
-            moment: 0.0,
+            moment: Some(0.0),
             velocity: Vector2::new(speed, 0.0),
             spin: 0.0,
             acceleration: Vector2::zeros(),

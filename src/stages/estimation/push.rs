@@ -17,8 +17,8 @@ pub(super) struct Block {
     pub force: Vector2<f64>,
     /// Force on the body along the support's normal, N.
     pub lift: f64,
-    /// Moment about the link's origin along the normal, N·m.
-    pub moment: f64,
+    /// Moment about the link's origin along the normal, N·m; nothing where a hand held the body and its torque was not read.
+    pub moment: Option<f64>,
     /// Velocity of the link's origin, m/s.
     pub velocity: Vector2<f64>,
     /// Spin about the normal, rad/s.
@@ -151,7 +151,7 @@ pub(super) fn read_push_on(
                 // a block lies nearer to the friction force than its mean.
                 let plateau = steadiness(interaction, segmented, plane, from, to).0;
                 block.force *= plateau;
-                block.moment *= plateau;
+                block.moment = block.moment.map(|m| m * plateau);
             }
             blocks.push(block);
         }
@@ -217,12 +217,14 @@ fn block_of(
     let stiff = interaction.tool.as_ref().is_some_and(|t| t.grip);
     let force = wrench.force;
     let arm = tool.coords - motion.pose.translation.vector;
-    // Without torque the force acts where finger and face touch.
     let moment = match wrench.torque {
-        Some(torque) => torque + arm.cross(&force),
+        Some(torque) => Some(torque + arm.cross(&force)),
+        // A hand twists what it holds.
+        None if stiff => None,
+        // The force of a finger acts where it and the face touch.
         None => {
             let touch = face.and_then(|f| f.touch(&motion.pose, tool)).unwrap_or_default();
-            (arm + touch).cross(&force)
+            Some((arm + touch).cross(&force))
         }
     };
     let axes = motion.pose.rotation.to_rotation_matrix().into_inner();
@@ -230,7 +232,7 @@ fn block_of(
         time: 0.0,
         force: plane.flat(&force),
         lift: force.dot(&plane.normal),
-        moment: moment.dot(&plane.normal),
+        moment: moment.map(|m| m.dot(&plane.normal)),
         velocity: plane.flat(&motion.velocity),
         spin: motion.spin.dot(&plane.normal),
         acceleration: plane.flat(&motion.acceleration),

@@ -55,6 +55,10 @@ pub(super) fn run_of(
 ) -> Option<Run> {
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let (stream, tool) = (interaction.force.as_ref()?, interaction.tool_path.as_ref()?);
+    // A hand twists what it holds: without its torque nobody knows by how much.
+    if stream.torque.is_none() && interaction.tool.as_ref().is_some_and(|t| t.grip) {
+        return None;
+    }
     let plane = &ground.plane;
     if plane.flat(&ground.gravity).norm() > 0.02 * ground.gravity.norm() {
         return None;

@@ -104,6 +104,9 @@ fn at_centre(block: &Block, shape: &Shape, prior: &SurfacePrior) -> AtCentre {
     }
 }
 
+/// Share of the speed of what rubs up to which a body hardly turns.
+const UNTURNED: f64 = 0.1;
+
 /// Friction force of one push by its power balance at a given centre and radius: work of the tool less the
 /// change of kinetic energy, over the generalised path.
 fn force_by_power(push: &Push, shape: &Shape, prior: &SurfacePrior) -> Option<(f64, f64)> {
@@ -119,8 +122,13 @@ fn force_by_power(push: &Push, shape: &Shape, prior: &SurfacePrior) -> Option<(f
         if speed < 4.0 * block.velocity_sd || speed < 5e-4 {
             continue;
         }
-        let moment = block.moment - (arm.x * block.force.y - arm.y * block.force.x);
-        let power = (block.force - prior.mass * block.acceleration).dot(&v) + moment * block.spin;
+        let twist = match block.moment {
+            Some(moment) => (moment - arm.perp(&block.force)) * block.spin,
+            // What an unknown moment works does not count where it hardly turns.
+            None if shape.radius * block.spin.abs() < UNTURNED * speed => 0.0,
+            None => continue,
+        };
+        let power = (block.force - prior.mass * block.acceleration).dot(&v) + twist;
         // Noise in the velocity lengthens the path; its expectation is taken off.
         let honest = (speed * speed - block.velocity_sd.powi(2))
             .max(0.25 * speed * speed)
@@ -238,10 +246,10 @@ fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
                     load,
                 } = at_centre(block, &shape, prior);
                 let direction_sd = trust + block.velocity_sd / speed;
-                let moment = block.moment - (arm.x * block.force.y - arm.y * block.force.x);
                 let predicted = force * load * between.force / speed * v + prior.mass * block.acceleration;
                 let turning = force * load * between.moment * shape.radius.powi(2) * block.spin / speed;
                 let difference = (block.force - predicted) / (direction_sd * guess);
+                let moment = block.moment.map_or(turning, |m| m - arm.perp(&block.force));
                 out.extend([
                     difference.x,
                     difference.y,
@@ -267,4 +275,66 @@ fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
         ..Settings::default()
     };
     levenberg_marquardt(&start, &steps, settings, residuals)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use nalgebra::Matrix2x3;
+
+    use super::*;
+
+    const PRIOR: SurfacePrior = SurfacePrior {
+        centre: Vector3::new(0.0, 0.0, 0.0),
+        centre_sd: Vector3::new(0.01, 0.01, 0.01),
+        radius: 0.03,
+        radius_log_sd: 0.4,
+        weight: 8.0,
+        mass: 0.8,
+    };
+
+    /// Drags along six headings with 2 N, by a hand that twists so that nothing turns; its moment about the origin, where it was read.
+    fn drags(moment: Option<f64>) -> Vec<Push> {
+        let one = |k: u32| {
+            let heading = TAU * f64::from(k) / 6.0;
+            let way = Vector2::new(heading.cos(), heading.sin());
+            let block = Block {
+                time: 0.0,
+                force: 2.0 * way,
+                lift: 0.0,
+                moment,
+                velocity: 0.05 * way,
+                spin: 0.0,
+                acceleration: Vector2::zeros(),
+                axes: Matrix2x3::identity(),
+                velocity_sd: 1e-3,
+                height: 0.0,
+            };
+            Push {
+                interaction: format!("pull-{k}"),
+                blocks: vec![block; 5],
+                direction: Vector3::new(way.x, way.y, 0.0),
+                bridged: false,
+                chatter: 0.0,
+                tare_sd: 0.0,
+                breakaway: None,
+            }
+        };
+        (0..6).map(one).collect()
+    }
+
+    #[test]
+    fn a_hand_whose_torque_is_not_read_tells_the_force_and_no_centre() {
+        let read = fit_surface(&drags(Some(0.0)), &PRIOR).expect("with torque");
+        let unread = fit_surface(&drags(None), &PRIOR).expect("without");
+        assert!(read.centre_sd[0] < 0.3 * PRIOR.centre_sd[0], "{:?}", read.centre_sd);
+        assert!(unread.centre_sd[0] > 0.9 * PRIOR.centre_sd[0], "{:?}", unread.centre_sd);
+        assert!(unread.centre[0].abs() < 1e-3, "{:?}", unread.centre);
+        assert!(
+            unread.forces.iter().all(|f| (f.0 - 2.0).abs() < 0.05),
+            "{:?}",
+            unread.forces
+        );
+    }
 }

@@ -119,6 +119,7 @@ impl Touch<'_> {
             way.y.atan2(way.x)
         });
         let inside = self.radius - near.distance;
+        let moment = block.moment?;
         // Without torque the line of the force goes through where the finger touches.
         let torque = self.interaction.force.as_ref()?.torque.is_some();
         let shifted = if torque {
@@ -129,7 +130,7 @@ impl Touch<'_> {
         (inside.abs() < NEAR).then_some(Turned {
             time: block.time,
             force: block.force,
-            moment: block.moment + shifted,
+            moment: moment + shifted,
             lift: block.lift,
             height: block.height,
             velocity: block.velocity,

@@ -162,14 +162,14 @@ fn judged(
     let hollow = further && hollow(family, ladder, &gain, taken.law);
     let ruins = ladder.left.is_some() && gain.reduction < RUINS && above_noise(family, &gain, taken.law);
     // What one interaction alone asks for, while those that were held out go as repeats go without it, is of that one.
-    let on_the_table = on_the_table(law.cause);
+    let of_table = on_the_table(law.cause);
     let as_repeats = gain.held_out.is_empty() || gain.rmse_before < REPEATS * family.unforeseen();
-    if on_the_table && as_repeats && of_one_alone(before, after) {
+    if of_table && as_repeats && of_one_alone(before, after) {
         return None;
     }
     // Where none was held out, what leaves the error of those that were fitted as it is explains nothing; at a place of the table what
     // makes it worse is what the form of something else leaves there.
-    let ruined = on_the_table && gain.reduction < RUINED;
+    let ruined = of_table && gain.reduction < RUINED;
     if gain.held_out.is_empty() && (ruined || gain.reduction < NOTHING && taken.gain < PLAIN) {
         return None;
     }

@@ -118,11 +118,12 @@ fn held_reads(capture: &Capture, segmented: &[Segmented]) -> Vec<(Vector3<f64>, 
             .iter()
             .filter(|f| f.iter().all(|x| x.is_finite()))
             .collect();
+        if rows.len() < FEW_ROWS {
+            return None;
+        }
         let n = rows.len() as f64;
         let mean = rows.iter().copied().sum::<Vector3<f64>>() / n;
-        (rows.len() >= FEW_ROWS)
-            .then(|| Some((mean, own.force_noise? / n.sqrt().min(FEW_ROWS as f64))))
-            .flatten()
+        Some((mean, own.force_noise? / n.sqrt().min(FEW_ROWS as f64)))
     };
     hands.filter_map(read).collect()
 }

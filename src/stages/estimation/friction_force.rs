@@ -245,35 +245,18 @@ fn breakaway(pushes: &[Push], kinetic: &Estimate, mass: f64) -> Option<Estimate>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stages::estimation::push::{Block, Breakaway};
-    use nalgebra::{Matrix2x3, Vector2};
+    use crate::stages::estimation::push::Breakaway;
+    use nalgebra::Vector2;
 
     /// A push at 50 mm/s against 2 N whose force rises by `rise` N/s to `peak` N.
     fn push(peak: f64, rise: f64) -> Push {
-        let block = |k: u32| Block {
-            time: 0.1 * f64::from(k),
-            force: Vector2::new(2.0, 0.0),
-            lift: 0.0,
-            moment: Some(0.0),
-            velocity: Vector2::new(0.05, 0.0),
-            spin: 0.0,
-            acceleration: Vector2::zeros(),
-            axes: Matrix2x3::identity(),
-            velocity_sd: 1e-3,
-            height: 0.0,
-        };
         Push {
-            interaction: "push".into(),
-            blocks: (0..8).map(block).collect(),
-            direction: Vector3::x(),
-            bridged: false,
-            chatter: 0.0,
-            tare_sd: 0.0,
             breakaway: Some(Breakaway {
                 peak: (peak, 0.01),
                 rise,
                 speed: 0.05,
             }),
+            ..Push::steady(Vector2::new(2.0, 0.0), Vector2::new(0.05, 0.0), 8)
         }
     }
 

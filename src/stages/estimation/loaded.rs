@@ -16,9 +16,9 @@ const FEWEST: usize = 4;
 const DIFFER: f64 = 0.25;
 /// Rounds in which weight and loads settle.
 const ROUNDS: usize = 4;
-/// Largest relative doubt of a mass that is told, by the drags, and the one beside it: friction that sticks by itself, too, or that grows
-/// with a power of the load less than one (2/3 for a sphere that gives, Hertz) looks like another weight, by half of it at most.
-const DOUBT: (f64, f64) = (0.15, 0.2);
+/// Largest relative doubt of a mass that is told, and least one: friction that sticks by itself, too, or that grows less than the load
+/// does, looks like another weight.
+const DOUBT: (f64, f64) = (0.15, 0.02);
 
 /// The mass by these drags, with `prior` for all but the weight.
 pub(super) fn mass_by_loads(pushes: &[Push], prior: &SurfacePrior, g: f64, config: &Config) -> Option<Estimate> {

@@ -54,30 +54,10 @@ pub(super) fn confound_with_damping(link: &mut Link, facts: &Facts, notices: &mu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Matrix2x3, Vector2, Vector3};
+    use nalgebra::Vector2;
 
     fn push(speed: f64) -> Push {
-        let block = super::super::push::Block {
-            time: 0.0,
-            force: Vector2::new(5.5, 0.0),
-            lift: 0.0,
-            moment: Some(0.0),
-            velocity: Vector2::new(speed, 0.0),
-            spin: 0.0,
-            acceleration: Vector2::zeros(),
-            axes: Matrix2x3::identity(),
-            velocity_sd: 1e-3,
-            height: 0.0,
-        };
-        Push {
-            interaction: "pull".into(),
-            blocks: vec![block; 4],
-            direction: Vector3::x(),
-            bridged: false,
-            chatter: 0.0,
-            tare_sd: 0.0,
-            breakaway: None,
-        }
+        Push::steady(Vector2::new(5.5, 0.0), Vector2::new(speed, 0.0), 4)
     }
 
     #[test]

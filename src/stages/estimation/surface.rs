@@ -278,10 +278,36 @@ fn fit_shape(pushes: &[Push], prior: &SurfacePrior, guess: f64) -> Option<Fit> {
 }
 
 #[cfg(test)]
+impl Push {
+    /// A steady one by `force` (N) at `velocity` (m/s) that does not turn, in so many blocks.
+    pub fn steady(force: Vector2<f64>, velocity: Vector2<f64>, blocks: u32) -> Self {
+        let block = |k: u32| Block {
+            time: 0.1 * f64::from(k),
+            force,
+            lift: 0.0,
+            moment: Some(0.0),
+            velocity,
+            spin: 0.0,
+            acceleration: Vector2::zeros(),
+            axes: nalgebra::Matrix2x3::identity(),
+            velocity_sd: 1e-3,
+            height: 0.0,
+        };
+        Self {
+            interaction: "push".into(),
+            blocks: (0..blocks).map(block).collect(),
+            direction: velocity.push(0.0).normalize(),
+            bridged: false,
+            chatter: 0.0,
+            tare_sd: 0.0,
+            breakaway: None,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
-
-    use nalgebra::Matrix2x3;
 
     use super::*;
 
@@ -299,27 +325,9 @@ mod tests {
         let one = |k: u32| {
             let heading = TAU * f64::from(k) / 6.0;
             let way = Vector2::new(heading.cos(), heading.sin());
-            let block = Block {
-                time: 0.0,
-                force: 2.0 * way,
-                lift: 0.0,
-                moment,
-                velocity: 0.05 * way,
-                spin: 0.0,
-                acceleration: Vector2::zeros(),
-                axes: Matrix2x3::identity(),
-                velocity_sd: 1e-3,
-                height: 0.0,
-            };
-            Push {
-                interaction: format!("pull-{k}"),
-                blocks: vec![block; 5],
-                direction: Vector3::new(way.x, way.y, 0.0),
-                bridged: false,
-                chatter: 0.0,
-                tare_sd: 0.0,
-                breakaway: None,
-            }
+            let mut drag = Push::steady(2.0 * way, 0.05 * way, 5);
+            drag.blocks.iter_mut().for_each(|b| b.moment = moment);
+            drag
         };
         (0..6).map(one).collect()
     }

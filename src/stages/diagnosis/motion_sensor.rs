@@ -219,13 +219,18 @@ fn room_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     let amplitudes = || ["bx", "by", "bz"].map(|name| Parameter::amplitude(name, "N", bias.norm()));
     let causes = ["force-bias", "force-bias-world"];
     let own = &causes[if s.free.tool_turns { 1 } else { 0 }..];
+    let words = if s.free.tare.is_some() {
+        "a force of fixed direction is read, by a finger that touches nothing, too"
+    } else {
+        "a force of fixed direction is read; all hands read it before they set out, too, where none of them strains"
+    };
     let of = |cause: &&'static str| {
         make.law(
             cause,
             form::BIAS_ROOM,
             (amplitudes().into(), Vec::new()),
             vec![Vec::new()],
-            "a force of fixed direction is read, by a finger that touches nothing, too",
+            words,
         )
     };
     own.iter().map(of).collect()

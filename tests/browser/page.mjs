@@ -34,9 +34,10 @@ const sizes = [
   { name: 'no-webgl', viewport: { width: 1280, height: 900 }, colorScheme: 'light', args: ['--disable-gpu', '--disable-3d-apis', '--disable-software-rasterizer'] },
 ];
 
-// Bars for the demo's page.
+// Bars for the demo's page: the seconds are those of a machine that does `measure` in `MEASURE_SECONDS`.
 const MOST_BYTES = 8e6;
 const MOST_SECONDS = 3;
+const MEASURE_SECONDS = 0.4;
 
 const faults = [];
 // The page that may be loaded; any file while altered pages are.
@@ -78,17 +79,33 @@ async function look({ name, args = webgl, ...options }) {
   }
 }
 
-// The page is judged by the quickest of three loads: what else the machine does is not of the page's making.
+// The page is judged by the best of three loads, each beside a fixed piece of work done right after it in the same browser:
+// what else the machine does is not of the page's making.
 async function open(page, name, fault) {
   const all = [];
   for (let i = 0; i < (name === 'desktop' ? 3 : 1); i++) {
     const began = performance.now();
     await page.goto(address);
     await page.waitForFunction(() => window.palpateReady === true, null, { timeout: 60000 });
-    all.push((performance.now() - began) / 1000);
+    const seconds = (performance.now() - began) / 1000;
+    const slow = Math.max(1, (await page.evaluate(measure)) / MEASURE_SECONDS);
+    all.push({ seconds, slow, fair: seconds / slow });
   }
-  said.push(`${name}: loaded and drawn in ${all.map((s) => `${s.toFixed(2)} s`).join(', ')}`);
-  if (name === 'desktop' && Math.min(...all) > MOST_SECONDS) fault(`loads in ${Math.min(...all).toFixed(2)} s, at most ${MOST_SECONDS}`);
+  const told = ({ seconds, slow }) => `${seconds.toFixed(2)} s${slow > 1 ? ` by a machine ${slow.toFixed(2)} times as slow` : ''}`;
+  said.push(`${name}: loaded and drawn in ${all.map(told).join(', ')}`);
+  const best = Math.min(...all.map((load) => load.fair));
+  if (name === 'desktop' && best > MOST_SECONDS) fault(`loads in ${best.toFixed(2)} s of a machine at rest, at most ${MOST_SECONDS}`);
+}
+
+// Seconds of a fixed piece of work, the like of what a load does: numbers, text, memory.
+function measure() {
+  const began = performance.now();
+  for (let round = 0; round < 10; round++) {
+    const numbers = Array.from({ length: 40000 }, (_, i) => Math.sin(i + round) * 1e3);
+    const back = JSON.parse(JSON.stringify(numbers));
+    window.palpateMeasured = Float64Array.from(back).sort().reduce((sum, x) => sum + Math.sqrt(Math.abs(x)), 0);
+  }
+  return (performance.now() - began) / 1000;
 }
 
 // What the software renderer says of itself is not of the page's making.

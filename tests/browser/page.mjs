@@ -86,7 +86,7 @@ async function open(page, name, fault) {
   for (let i = 0; i < (name === 'desktop' ? 3 : 1); i++) {
     const began = performance.now();
     await page.goto(address);
-    await page.waitForFunction(() => window.palpateReady === true, null, { timeout: 60000 });
+    await page.waitForFunction(() => window.palpateReady === true, null, { timeout: 180000 });
     const seconds = (performance.now() - began) / 1000;
     const slow = Math.max(1, (await page.evaluate(measure)) / MEASURE_SECONDS);
     all.push({ seconds, slow, fair: seconds / slow });

@@ -70,7 +70,7 @@ export class Touch {
     const at = await this.page.evaluate((name) => window.palpate.spot(name), link);
     await this.page.mouse.move(...at);
     await this.page.mouse.down();
-    await this.page.waitForFunction(() => window.palpate.running(), null, { timeout: 20000 });
+    await this.page.waitForFunction(() => window.palpate.running(), null, { timeout: 60000 });
     for (let i = 1; i <= steps; i++) {
       await this.page.mouse.move(at[0] + (by[0] * i) / steps, at[1] + (by[1] * i) / steps);
       await this.page.waitForTimeout(30);
@@ -106,13 +106,13 @@ export class Touch {
 
   /** Until the hand is where it was sent, and half a second more by the engine's clock, which a busy machine slows. */
   async still() {
-    await this.page.waitForFunction(() => window.palpate.handGap() < 1e-4, null, { timeout: 90000 });
+    await this.page.waitForFunction(() => window.palpate.handGap() < 1e-4, null, { timeout: 300000 });
     const time = await this.page.evaluate(() => window.palpate.time());
-    await this.page.waitForFunction((t) => window.palpate.time() > t + 0.5, time, { timeout: 90000 });
+    await this.page.waitForFunction((t) => window.palpate.time() > t + 0.5, time, { timeout: 300000 });
   }
 
   async rest() {
-    await this.page.waitForFunction(() => !window.palpate.running(), null, { timeout: 90000 });
+    await this.page.waitForFunction(() => !window.palpate.running(), null, { timeout: 300000 });
   }
 
   /** N until the thing is chosen, Enter, Page Up, Enter. */
@@ -124,7 +124,7 @@ export class Touch {
       await this.page.keyboard.press('n');
     }
     await this.page.keyboard.press('Enter');
-    await this.page.waitForFunction((name) => window.palpate.said().startsWith(`You hold ${name}.`), link, { timeout: 20000 });
+    await this.page.waitForFunction((name) => window.palpate.said().startsWith(`You hold ${name}.`), link, { timeout: 60000 });
     for (let i = 0; i < 6; i++) await this.page.keyboard.press('PageUp');
     for (let i = 0; i < 3; i++) await this.page.keyboard.press('ArrowLeft');
     await this.still();

@@ -10,6 +10,8 @@ const PLAY: [f64; 2] = [25.0, 15.0];
 const WHOLE: f64 = 0.9;
 /// Share of the friction below which more of it as the joint sets out is usual.
 const USUAL: f64 = 0.1;
+/// Seconds below which what is read late is as good as read at once.
+const AT_ONCE: f64 = 0.02;
 
 /// The bar of a law of this form with these values, nats.
 pub(super) fn named_from(form: usize, values: &[f64]) -> f64 {
@@ -41,7 +43,11 @@ pub(super) fn commonness(form: usize, weighed: bool, free: &Free) -> f64 {
 
 /// Whether a law of this form with these values, or its first one a standard deviation less, says no more than what is usual.
 pub(super) fn usual(form: usize, values: &[f64]) -> bool {
-    matches!(form, form::STICTION | form::STRIBECK | form::BREAKAWAY) && values[0] < USUAL
+    match form {
+        form::STICTION | form::STRIBECK | form::BREAKAWAY => values[0] < USUAL,
+        form::LAG | form::LATE => values[0].abs() < AT_ONCE,
+        _ => false,
+    }
 }
 
 #[cfg(test)]

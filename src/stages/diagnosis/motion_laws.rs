@@ -35,10 +35,12 @@ pub(super) mod form {
     pub const SLOPE: usize = 22;
     pub const BIAS_ROOM: usize = 23;
     pub const BOND: usize = 24;
+    pub const LAG: usize = 25;
+    pub const LATE: usize = 26;
 }
 
 /// One moment of a joint at work.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Moved {
     /// Seconds since the capture began.
     pub time: f64,
@@ -163,7 +165,7 @@ pub fn held(m: &Moved, active: &[Active]) -> f64 {
 }
 
 pub(super) struct Maker<'a> {
-    joint: &'a str,
+    pub(super) joint: &'a str,
 }
 
 impl Maker<'_> {
@@ -177,7 +179,13 @@ impl Maker<'_> {
     ) -> Law {
         let place = if matches!(
             form,
-            form::BIAS | form::BIAS_ROOM | form::DRIFT | form::SATURATION | form::SATURATION_ROOM
+            form::BIAS
+                | form::BIAS_ROOM
+                | form::DRIFT
+                | form::SATURATION
+                | form::SATURATION_ROOM
+                | form::LAG
+                | form::LATE
         ) {
             "sensor".into()
         } else {

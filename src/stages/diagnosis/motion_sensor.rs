@@ -4,6 +4,8 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::family::{Active, Law, Parameter};
 use super::motion_laws::{Maker, Moved, form};
+use super::motion_reads::BIN;
+use super::motion_stops::Stop;
 use super::motions::Scale;
 use crate::capture::{Capture, PhaseKind, Segmented};
 
@@ -153,6 +155,42 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
     })
 }
 
+/// Seconds by which the force is read late, of all laws.
+pub fn late(active: &[Active]) -> f64 {
+    let own = active.iter().filter(|a| a.law.form == form::LATE);
+    own.map(|a| a.values[0]).sum()
+}
+
+/// Loads, N·m or N, as a sensor with a lag reads them, in means of the time between two moments: through a pole that begins at what
+/// was read wherever what was exerted is not foretold.
+pub fn lagging(moments: &[Moved], mut loads: Vec<f64>, active: &[Active]) -> Vec<f64> {
+    let lag: f64 = active
+        .iter()
+        .filter(|a| a.law.form == form::LAG)
+        .map(|a| a.values[0])
+        .sum();
+    if lag <= 0.0 {
+        return loads;
+    }
+    let mut end = f64::NAN;
+    for (i, m) in moments.iter().enumerate() {
+        let earlier = i.checked_sub(1).map(|k| &moments[k]);
+        let since = earlier.map_or(f64::INFINITY, |e| m.time - e.time);
+        let foretold = !m.still && !m.unsure && m.stop != Stop::Hit;
+        if foretold && end.is_finite() && since < 1.5 * BIN {
+            let keeps = (-since / lag).exp();
+            let behind = end - loads[i];
+            end = loads[i] + keeps * behind;
+            loads[i] += behind * lag * (1.0 - keeps) / since;
+        } else {
+            // What is read goes on as it went between the middles of the last two moments.
+            let grew = earlier.filter(|_| since < 1.5 * BIN).map_or(0.0, |e| m.load - e.load);
+            end = m.load + 0.5 * grew;
+        }
+    }
+    loads
+}
+
 /// Least end of the range over the largest component of the force along the freedom.
 const ENDS: f64 = 0.6;
 
@@ -198,6 +236,18 @@ pub(super) fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             ),
             vec![vec![(0.95 * component).ln()]],
             "the sensor cuts off large forces along its axes",
+        ),
+        make.plain(
+            "sensor-lag",
+            form::LAG,
+            Parameter::positive("Tf", "s", 0.05),
+            "what is read follows what is exerted late, by a lag",
+        ),
+        make.plain(
+            "time-delay",
+            form::LATE,
+            force("tau", "s", 0.03),
+            "force and track go by clocks that are apart",
         ),
         make.plain(
             "wear-or-heating",
@@ -253,5 +303,61 @@ mod tests {
         // Hands that do not strain at all may have been told to pull so.
         let still: Vec<_> = (0..8).map(|_| (Vector3::z() * 0.4, 0.003)).collect();
         assert!(unstrained(&still).is_none());
+    }
+
+    fn law(form: usize) -> Law {
+        let make = Maker { joint: "hinge" };
+        make.plain("sensor-lag", form, Parameter::positive("Tf", "s", 0.05), "")
+    }
+
+    /// A joint that sets out at 0.4 s against 2 N·m and is told of from 0.52 s on, read through a pole of so many seconds.
+    fn read_through(lag: f64) -> Vec<Moved> {
+        let one = |k: u32| {
+            let (from, to) = (f64::from(k) * BIN - 0.4, f64::from(k + 1) * BIN - 0.4);
+            let fallen = |t: f64| lag * (1.0 - (-t.max(0.0) / lag).exp());
+            let mean = 2.0 * (to.max(0.0) - from.max(0.0) - fallen(to) + fallen(from)) / BIN;
+            Moved {
+                time: from + 0.4 + 0.5 * BIN,
+                load: mean,
+                still: k < 10,
+                unsure: (10..13).contains(&k),
+                ..Moved::default()
+            }
+        };
+        (0..30).map(one).collect()
+    }
+
+    #[test]
+    fn a_lag_goes_on_from_what_was_read() {
+        let (moments, own) = (read_through(0.08), law(form::LAG));
+        let told = |lag: f64| {
+            let active = [Active {
+                law: &own,
+                values: &[lag],
+            }];
+            let told = lagging(&moments, vec![2.0; moments.len()], &active);
+            let off = moments.iter().zip(told).skip(13).map(|(m, t)| (m.load - t).powi(2));
+            (off.sum::<f64>() / 17.0).sqrt()
+        };
+        assert!(
+            told(0.08) < 0.01 && told(0.04) > 0.03 && told(0.16) > 0.03 && told(0.0) > 0.1,
+            "{} {} {} {}",
+            told(0.08),
+            told(0.04),
+            told(0.16),
+            told(0.0)
+        );
+    }
+
+    #[test]
+    fn what_is_not_foretold_is_not_read_late() {
+        let mut moments = read_through(0.08);
+        moments.iter_mut().for_each(|m| m.unsure = true);
+        let own = law(form::LAG);
+        let active = [Active {
+            law: &own,
+            values: &[0.1],
+        }];
+        assert_eq!(lagging(&moments, vec![1.0; 30], &active), vec![1.0; 30]);
     }
 }

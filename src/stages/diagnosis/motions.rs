@@ -18,7 +18,7 @@ use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, bonded, loose};
 use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
-use super::motion_sensor::{Free, read};
+use super::motion_sensor::{Free, lagging, late, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
 use super::shows_in::{ACCELERATION, BACK, DIRECTION};
@@ -282,7 +282,7 @@ impl Family for Motions {
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {
         let dry = self.friction * (base[0] + scatter[0]).exp();
         let one = |(m, swings): (&Moved, f64)| {
-            let m = m.later(base[2]);
+            let m = m.later(base[2] + late(active));
             let smooth = base[1] * m.gain + effort(&m, active) + swings;
             let left = m.unread(active) - smooth - scatter[1];
             let rubs = if m.still || m.unsure {
@@ -299,11 +299,13 @@ impl Family for Motions {
             } else {
                 (dry * sliding(&m, active) + bonded(&m, active)) * set_in(m.speed / base[3].exp())
             };
-            let load = smooth + m.stop.lets(rubs, left);
-            read(&m, load, active) + scatter[1]
+            smooth + m.stop.lets(rubs, left)
         };
         let moments = &self.moments[group];
-        moments.iter().zip(loose(moments, active)).map(one).collect()
+        let exerted = moments.iter().zip(loose(moments, active)).map(one).collect();
+        let told = lagging(moments, exerted, active);
+        let read = |(m, load): (&Moved, f64)| read(m, load, active) + scatter[1];
+        moments.iter().zip(told).map(read).collect()
     }
 
     /// What the twin's own numbers have a place for was told apart from friction before.

@@ -73,11 +73,16 @@ const TELLS: f64 = 0.025;
 const AS_THE_WHOLE: f64 = 0.5;
 const NEARLY_ALL: f64 = 0.6;
 
-/// Whether a loose mass of this `share` and `rate` (rad/s) is but the body on a tool that gives.
-pub fn swings_on_the_tool<'a>(blows: impl Iterator<Item = &'a Blow>, share: f64, rate: f64) -> bool {
+/// Whether what swings at this `rate` (rad/s) goes as the body does on a tool that gives.
+pub fn swings_as_the_whole<'a>(blows: impl Iterator<Item = &'a Blow>, rate: f64) -> bool {
     let fast = blows.filter(|b| b.pace() > TELLS && b.swings > 0.0);
     let whole = median(&fast.map(|b| b.swings).collect::<Vec<f64>>());
-    whole.is_some_and(|w| share > NEARLY_ALL && (rate / w).ln().abs() < AS_THE_WHOLE)
+    whole.is_some_and(|w| (rate / w).ln().abs() < AS_THE_WHOLE)
+}
+
+/// Whether a loose mass of this `share` and `rate` (rad/s) is but the body on a tool that gives.
+pub fn swings_on_the_tool<'a>(blows: impl Iterator<Item = &'a Blow>, share: f64, rate: f64) -> bool {
+    share > NEARLY_ALL && swings_as_the_whole(blows, rate)
 }
 
 /// What sets the overshoot of a body's pushes apart, where nothing is `named` that would, and how it shows where that is a dependence.
@@ -205,5 +210,7 @@ mod tests {
         // A small part, one that swings at another rate, or a tool of which nothing is known.
         assert!(!whole(0.25, 36.0) && !whole(0.9, 12.0));
         assert!(!swings_on_the_tool(blows(0.2).iter(), 0.9, 36.0));
+        // However small, it goes as the whole does.
+        assert!(swings_as_the_whole(all.iter(), 50.0) && !swings_as_the_whole(all.iter(), 22.0));
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::Quantity;
 use super::asking::Imagined;
-use super::blows::{Blow, swings_on_the_tool};
+use super::blows::{Blow, swings_as_the_whole, swings_on_the_tool};
 use super::family::{Active, ChannelKind, Covariate, Family, Parameter, Sheet};
 use super::fit::Fit;
 use super::levels::{Level, Number};
@@ -32,6 +32,8 @@ const PACES: f64 = 1.4;
 
 /// How common it is that what a finger reads keeps its direction in the room because the finger's frame stands still.
 const OF_THE_FINGER: f64 = 0.3;
+/// Log evidence, nats, from which on a part is named that swings as the whole does on the tool: what a tip gives is told roughly.
+const AS_THE_WHOLE: f64 = 30.0;
 /// Fewest pushes from which a cause is named.
 const FEWEST: usize = 3;
 /// How far the logarithm of a weight that nobody weighed may be off.
@@ -334,9 +336,13 @@ impl Family for Pushes {
     /// MuJoCo worlds no other law gained half a nat, those of a place up to nine.
     ///
     /// One or two pushes name nothing: what is odd in one of them is not seen again.
-    fn named_from(&self, law: usize, _values: &[f64]) -> f64 {
+    fn named_from(&self, law: usize, values: &[f64]) -> f64 {
         if self.sheet.groups.iter().filter(|g| !g.held_out).count() < FEWEST {
             return f64::INFINITY;
+        }
+        let loose = self.laws()[law].form == push_laws::form::LOOSE_MASS;
+        if loose && swings_as_the_whole(self.blows.iter().map(|b| &b.1), values[1].exp()) {
+            return AS_THE_WHOLE;
         }
         ONE_TRY + (self.sheet.laws[law].grid.len().max(1) as f64).ln()
     }

@@ -339,14 +339,8 @@ mod tests {
             let off = moments.iter().zip(told).skip(13).map(|(m, t)| (m.load - t).powi(2));
             (off.sum::<f64>() / 17.0).sqrt()
         };
-        assert!(
-            told(0.08) < 0.01 && told(0.04) > 0.03 && told(0.16) > 0.03 && told(0.0) > 0.1,
-            "{} {} {} {}",
-            told(0.08),
-            told(0.04),
-            told(0.16),
-            told(0.0)
-        );
+        // What was read before bends more than it is taken to: 13 mN·m.
+        assert!(told(0.08) < 0.02 && told(0.04) > 0.04 && told(0.16) > 0.04 && told(0.0) > 0.1);
     }
 
     #[test]

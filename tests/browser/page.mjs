@@ -37,7 +37,7 @@ const sizes = [
 // Bars for the demo's page: the seconds are those of a machine that does `measure` in `MEASURE_SECONDS`.
 const MOST_BYTES = 8e6;
 const MOST_SECONDS = 3;
-const MEASURE_SECONDS = 0.4;
+const MEASURE_SECONDS = 0.15;
 
 const faults = [];
 // The page that may be loaded; any file while altered pages are.

@@ -155,10 +155,10 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
     })
 }
 
-/// Seconds by which the force is read late, of all laws.
+/// Seconds by which the force is read later than the track, of all laws: a delay is one of the track where it is positive.
 pub fn late(active: &[Active]) -> f64 {
     let own = active.iter().filter(|a| a.law.form == form::LATE);
-    own.map(|a| a.values[0]).sum()
+    -own.map(|a| a.values[0]).sum::<f64>()
 }
 
 /// Loads, N·m or N, as a sensor with a lag reads them, in means of the time between two moments: through a pole that begins at what

@@ -281,8 +281,9 @@ impl Family for Motions {
 
     fn predict(&self, group: usize, base: &[f64], active: &[Active], scatter: &[f64]) -> Vec<f64> {
         let dry = self.friction * (base[0] + scatter[0]).exp();
+        let delay = base[2] + late(active);
         let one = |(m, swings): (&Moved, f64)| {
-            let m = m.later(base[2] + late(active));
+            let m = m.later(delay);
             let smooth = base[1] * m.gain + effort(&m, active) + swings;
             let left = m.unread(active) - smooth - scatter[1];
             let rubs = if m.still || m.unsure {
@@ -304,7 +305,7 @@ impl Family for Motions {
         let moments = &self.moments[group];
         let exerted = moments.iter().zip(loose(moments, active)).map(one).collect();
         let told = lagging(moments, exerted, active);
-        let read = |(m, load): (&Moved, f64)| read(m, load, active) + scatter[1];
+        let read = |(m, load): (&Moved, f64)| read(&m.later(delay), load, active) + scatter[1];
         moments.iter().zip(told).map(read).collect()
     }
 

@@ -344,6 +344,24 @@ mod tests {
     }
 
     #[test]
+    fn a_track_that_is_late_has_the_force_early() {
+        let own = law(form::LATE);
+        let active = [Active {
+            law: &own,
+            values: &[0.05],
+        }];
+        let delay = late(&active);
+        assert!((delay + 0.05).abs() < 1e-12);
+        // The thing is farther by then than what is tracked of it says.
+        let moved = Moved {
+            position: 1.0,
+            speed: 2.0,
+            ..Moved::default()
+        };
+        assert!((moved.later(delay).position - 1.1).abs() < 1e-12);
+    }
+
+    #[test]
     fn what_is_not_foretold_is_not_read_late() {
         let mut moments = read_through(0.08);
         moments.iter_mut().for_each(|m| m.unsure = true);

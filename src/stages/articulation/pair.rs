@@ -92,6 +92,13 @@ impl<'a> Pair<'a> {
         })
     }
 
+    /// The largest relative shift within one run, from where it began, m.
+    pub fn farthest(&self, run: usize) -> Option<Vector3<f64>> {
+        let first = self.of_run(run).next()?.position;
+        let ways = self.of_run(run).map(|s| s.position - first);
+        ways.max_by(|a, b| a.norm().total_cmp(&b.norm()))
+    }
+
     /// Share of the runs in which the two moved against each other.
     pub fn share_moved(&self) -> f64 {
         let moved = (0..self.runs.len()).filter(|&run| self.moved(run)).count();

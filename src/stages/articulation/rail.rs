@@ -14,7 +14,9 @@ pub(super) fn on_a_rail<'a>(pair: &Pair<'a>, placement: &Placement) -> Vec<(&'a 
     let line = "it kept to one line whether it was led along it or only shoved";
     let side = "it kept to one line although it was drawn to the side of it";
     let turn = "it was shoved on both sides of its middle and never turned";
+    let again = "it kept to one line whenever it was led, one way and the other";
     let shown = [
+        (again_and_again(pair), again),
         (on_one_line(pair), line),
         (held_sideways(pair, &placement.up), side),
         (never_turns(pair, placement), turn),
@@ -47,6 +49,25 @@ fn on_one_line<'a>(pair: &Pair<'a>) -> Option<&'a Interaction> {
         .then_some(shoved)
         .flatten()
         .map(|k| pair.runs[k])
+}
+
+/// Fewest pulls that led it, and fewest of them each way, that leave a rail as the only likely reason for one line.
+const AGAIN: [usize; 2] = [6, 2];
+
+/// The first of many pulls that led the child along one line, some one way and some the other: a hand that draws what is free has no
+/// reason to come back to the same line over and over, and to leave it there.
+fn again_and_again<'a>(pair: &Pair<'a>) -> Option<&'a Interaction> {
+    let lifted = (0..pair.runs.len()).any(|k| pair.runs[k].kind == Kind::Lift && pair.moved(k));
+    let led = |k: &usize| {
+        let run = pair.runs[*k];
+        run.kind == Kind::Pull && run.target.as_deref() == Some(&pair.child) && pair.excursion(*k).0 > LINES.1
+    };
+    let pulls: Vec<usize> = (0..pair.runs.len()).filter(led).collect();
+    let ways: Vec<Vector3<f64>> = pulls.iter().filter_map(|k| pair.farthest(*k)).collect();
+    let first = ways.first().filter(|_| !lifted && ways.len() >= AGAIN[0])?;
+    let forth = ways.iter().filter(|w| w.dot(first) > 0.0).count();
+    let fewer = forth.min(ways.len() - forth);
+    (fewer >= AGAIN[1]).then(|| pair.runs[pulls[0]])
 }
 
 /// Seconds over which forces are averaged, share of the fastest block's way from which on it moves in one, fewest such blocks that tell

@@ -40,7 +40,7 @@ pub use elastic::ElasticLaw;
 pub use foot::{Foot, Pressed, Pressing, pressed_underside};
 pub use footprint::Footprint;
 pub use lift::predict_lift;
-pub use limit_surface::LimitSurface;
+pub use limit_surface::{LimitSurface, Sliding};
 pub use linkage::Linkage;
 pub use press::{Press, predict_press};
 pub use pseudo_inertia::PseudoInertia;

@@ -75,9 +75,12 @@ impl<'a> Yaw<'a> {
     }
 }
 
-/// Whether touches told it: a lift in which it was twisted, or more than one fast push.
+/// Whether it was measured: by a lift in which it was twisted, or by more than one fast push or slide.
 fn touched(inertia: &Estimate<[f64; 6]>, capture: &Capture) -> bool {
-    let shoved = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
+    let shoved = capture
+        .interactions
+        .iter()
+        .filter(|i| matches!(i.kind, Kind::Push | Kind::Toss));
     let pushes = shoved.filter(|i| inertia.from.contains(&i.name)).count();
     let spun = inertia.method.starts_with(SPUN) && pushes > 1;
     inertia.is_measured() && (spun || inertia.method.starts_with(TWISTED))

@@ -52,11 +52,11 @@ const FOLLOWS: f64 = 0.7;
 const REST: f64 = 0.15;
 
 /// Samples of the coasting: time and plane pose of the centre.
-struct Run {
-    time: Vec<f64>,
-    position: Vec<Vector2<f64>>,
-    heading: Vec<f64>,
-    noise: (f64, f64),
+pub(super) struct Run {
+    pub time: Vec<f64>,
+    pub position: Vec<Vector2<f64>>,
+    pub heading: Vec<f64>,
+    pub noise: (f64, f64),
 }
 
 /// Share of gravity along the support from which on nothing is read off a coasting.
@@ -140,7 +140,7 @@ fn follows(interaction: &Interaction, ground: &Ground, run: &Run) -> bool {
 }
 
 /// The track from release to a little after it stands; `None` where it went no clear way.
-fn run_of(
+pub(super) fn run_of(
     track: &PoseStream,
     segmented: &Segmented,
     ground: &Ground,

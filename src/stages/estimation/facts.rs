@@ -12,6 +12,7 @@ use super::coast::{Coast, Shape, coast_of};
 use super::company::{Company, company, noted};
 use super::evidence::{mean_wrench, tare_of};
 use super::face::Face;
+use super::glide::glide;
 use super::lift::{Weighing, weigh};
 use super::press::{Press, press_of};
 use super::push::{Plane, Push, read_push_on};
@@ -208,14 +209,7 @@ fn read_one(
             found.is_some()
         }
         Kind::Press => {
-            let found = press_of(interaction, cut, link, &-ground.plane.normal);
-            if let Some(words) = found.as_ref().and_then(|f| f.beyond.clone()) {
-                notices.note(
-                    "estimation",
-                    &interaction.name,
-                    format!("`{link}` where it was pressed: {words}"),
-                );
-            }
+            let found = pressed(interaction, cut, link, ground, notices);
             facts.presses.extend(found.clone());
             found.is_some()
         }
@@ -259,8 +253,31 @@ fn read_one(
             }
             true
         }
-        Kind::Toss | Kind::Hold => true,
+        Kind::Toss => {
+            let shape = shape.filter(|_| interaction.tracks.len() == 1);
+            facts
+                .spins
+                .extend(shape.and_then(|s| glide(interaction, cut, link, ground, s)));
+            true
+        }
+        Kind::Hold => true,
     }
+}
+
+/// What a press says of the spring, with a word on what is beyond it.
+fn pressed(
+    interaction: &Interaction,
+    cut: &Segmented,
+    link: &str,
+    ground: &Ground,
+    notices: &mut Notices,
+) -> Option<Press> {
+    let found = press_of(interaction, cut, link, &-ground.plane.normal)?;
+    if let Some(words) = &found.beyond {
+        let words = format!("`{link}` where it was pressed: {words}");
+        notices.note("estimation", &interaction.name, words);
+    }
+    Some(found)
 }
 
 /// Standard deviations of a mean force of at most so many rows from which on a pull was felt at all.

@@ -21,6 +21,7 @@ mod facts;
 mod finger;
 mod force_scale;
 mod friction_force;
+mod glide;
 mod identify;
 mod inertial;
 mod joint;

@@ -275,6 +275,7 @@ fn name_causes(
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
     findings_of_inertia((capture, segmented, model), pushes.is_some(), &loads, findings);
     let told = told_by_one_number(capture, segmented, model, findings);
+    loads.left |= told.iter().any(|f| loads.nameless.contains(&f.place));
     findings.extend(told);
     without_what_follows(findings);
     told_aloft(capture, segmented, findings);

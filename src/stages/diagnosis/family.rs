@@ -57,6 +57,17 @@ impl Parameter {
         }
     }
 
+    /// The power of a speed with which what damps grows, below that of a linear damper.
+    pub fn less_than_linear() -> Self {
+        Self {
+            name: "power",
+            unit: "1",
+            low: 0.45,
+            high: 1.0,
+            ..Self::place("power", 0.75, 0.15)
+        }
+    }
+
     /// A positive shape parameter, log-normal with this median.
     pub fn scale(name: &'static str, unit: &'static str, median: f64, log_sd: f64) -> Self {
         let centre = median.ln();

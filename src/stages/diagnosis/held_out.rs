@@ -84,6 +84,9 @@ const RUINED: f64 = -0.05;
 /// Share of the gain that one interaction of so many or more has, from which on none of the others bears it out.
 const ALONE: (f64, usize) = (0.9, 5);
 
+/// Causes that one touch alone may show: the first one, or one after a long wait.
+const OF_ONE_TOUCH: [&str; 3] = ["breakaway-bond", "static-ageing", "latch"];
+
 /// Whether one interaction alone asks for what the others might have passed as well.
 fn of_one_alone(before: &Fit, after: &Fit) -> bool {
     let pairs = after.states.iter().zip(&before.states);
@@ -161,10 +164,12 @@ fn judged(
     let further = !first && taken.gain < LESSER * ladder.taken[0].gain;
     let hollow = further && hollow(family, ladder, &gain, taken.law);
     let ruins = ladder.left.is_some() && gain.reduction < RUINS && above_noise(family, &gain, taken.law);
-    // What one interaction alone asks for, while those that were held out go as repeats go without it, is of that one.
+    // What one interaction alone asks for, while those that were held out go as repeats go without it, is of that one; a further effect
+    // also where it does not help them.
     let of_table = on_the_table(law.cause);
     let as_repeats = gain.held_out.is_empty() || gain.rmse_before < REPEATS * family.unforeseen();
-    if of_table && as_repeats && of_one_alone(before, after) {
+    let helps_none = !first && gain.reduction < NOTHING && !OF_ONE_TOUCH.contains(&law.cause);
+    if (of_table && as_repeats || helps_none) && of_one_alone(before, after) {
         return None;
     }
     // Where none was held out, what leaves the error of those that were fitted as it is explains nothing; at a place of the table what

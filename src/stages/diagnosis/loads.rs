@@ -54,6 +54,8 @@ pub(super) struct Loads {
     pub left_against: Vec<Evidence>,
     /// Interactions that were held out speak against what others show beyond doubt, or the plain model leaves what has no name.
     pub overruled: bool,
+    /// Joints that do what no law of theirs explains: one number of them beside the plain ones does not, either.
+    pub nameless: Vec<String>,
     pub effect_sizes: BTreeMap<&'static str, f64>,
     pub log_likelihood: f64,
     pub levels: Vec<Level>,
@@ -142,6 +144,9 @@ impl Loads {
         };
         self.plain.extend(curves(&ladder.plain));
         self.full.extend(curves(&ladder.full));
+        if ladder.taken.is_empty() && (ladder.left.is_some() || ladder.overruled.is_some()) {
+            self.nameless.push(joint.joint().to_owned());
+        }
     }
 
     /// What happens to a body that is thrown.

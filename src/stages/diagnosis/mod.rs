@@ -3,6 +3,7 @@
 
 mod alike;
 mod aloft;
+mod askew;
 mod asking;
 mod axes;
 mod blows;

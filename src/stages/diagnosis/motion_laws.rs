@@ -37,7 +37,18 @@ pub(super) mod form {
     pub const BOND: usize = 24;
     pub const LAG: usize = 25;
     pub const LATE: usize = 26;
+    pub const DAMPING_TURNING: usize = 27;
+    pub const DAMPING_SLIDING: usize = 28;
 }
+
+/// Laws that the estimation of a joint knows.
+pub(super) const TOLD: [usize; 5] = [
+    form::DAMPING,
+    form::DAMPING_TURNING,
+    form::DAMPING_SLIDING,
+    form::SPRING,
+    form::GRAVITY,
+];
 
 /// One moment of a joint at work.
 #[derive(Clone, Copy, Debug, Default)]
@@ -92,6 +103,9 @@ impl Moved {
 /// Makes a notch as deep as a detent of the same effort and width: `exp(-1/2)` over the largest of `s (1 - s²)²`.
 const PEAK: f64 = 0.606_530_66 / 0.286_216_7;
 
+/// Speed at which a power of that of a slide is told as a linear damper, m/s; of what turns it is 1 rad/s.
+const SLIDES: f64 = 0.1;
+
 /// What all laws but friction's add to the load that moves the joint.
 pub fn effort(m: &Moved, active: &[Active]) -> f64 {
     let (q, v) = (m.position, m.speed);
@@ -99,6 +113,8 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
         let x = a.values;
         match a.law.form {
             form::DAMPING => x[0] * v,
+            form::DAMPING_TURNING => x[0] * v.signum() * v.abs().powf(x[1]),
+            form::DAMPING_SLIDING => x[0] * SLIDES * v.signum() * (v.abs() / SLIDES).powf(x[1]),
             form::QUADRATIC => x[0] * v * v.abs(),
             form::SPRING => x[0] * (q - x[1]),
             form::SLOPE => -x[0],
@@ -123,12 +139,27 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
     active.iter().map(one).sum()
 }
 
-/// The speed below which dry friction is not full: far below the fast speeds, or it could not be told from damping.
-pub fn creep(fast: f64, turns: bool) -> Parameter {
-    Parameter {
+/// How far the arm of the force may be off at one angle beside another, as a share, standard deviation.
+const ARM: f64 = 0.015;
+
+/// What every joint has: the logarithm of its friction over what was read of it, its inertia, of which the width is set once what
+/// moves it is known, the delay between force and track, the speed below which dry friction is not full, far below the `fast` ones or
+/// it could not be told from damping, and, of one that turns, how the arm of the force goes wrong with the angle.
+pub fn base_of(fast: f64, turns: bool) -> Vec<Parameter> {
+    let creep = Parameter {
         high: (0.1 * fast).ln(),
         ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.02 * fast, 0.8)
+    };
+    let mut base = vec![
+        Parameter::amplitude("log_friction", "1", 1.0),
+        Parameter::positive("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
+        Parameter::amplitude("delay", "s", 0.012),
+        creep,
+    ];
+    if turns {
+        base.extend(["arm_cos", "arm_sin"].map(|name| Parameter::amplitude(name, "1", ARM)));
     }
+    base
 }
 
 /// How dry friction sets in with speed, in units of the creep speed: in proportion, then in full. A world that rounds
@@ -276,6 +307,20 @@ fn speed_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             form::DAMPING,
             Parameter::positive("b", per_speed, 0.5 * s.load / v),
             "the joint resists in proportion to its speed",
+        ),
+        make.law(
+            "joint-damping",
+            if s.turns {
+                form::DAMPING_TURNING
+            } else {
+                form::DAMPING_SLIDING
+            },
+            (
+                vec![Parameter::positive("b", per_speed, 0.5 * s.load / v)],
+                vec![Parameter::less_than_linear()],
+            ),
+            vec![vec![0.7]],
+            "the joint resists the more the faster it moves",
         ),
         make.plain(
             "joint-quadratic-damping",

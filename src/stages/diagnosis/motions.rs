@@ -16,9 +16,9 @@ use super::levels::{Level, Number};
 use super::motion_bars;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, bonded, loose};
-use super::motion_laws::{Moved, creep, effort, form, held, motion_laws, set_in, sliding};
+use super::motion_laws::{Moved, TOLD, base_of, effort, form, held, motion_laws, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
-use super::motion_sensor::{Free, lagging, late, read};
+use super::motion_sensor::{Free, at_the_arm, lagging, late, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
 use super::shows_in::{ACCELERATION, BACK, DIRECTION};
@@ -39,8 +39,6 @@ const COARSE: f64 = 0.5;
 const CUT: f64 = 0.7;
 /// Standard deviations by which what is read of a joint that stands may be above its friction.
 const HELD: f64 = 2.0;
-/// Laws that the estimation of a joint knows.
-const TOLD: [usize; 3] = [form::DAMPING, form::SPRING, form::GRAVITY];
 /// Fewest samples that move, and fewest motions.
 const SAMPLES: usize = 20;
 const MOTIONS: usize = 3;
@@ -154,12 +152,7 @@ impl Motions {
                     sigma: noise.max(1e-3 * largest),
                     jitter: 0.12,
                 }],
-                base: vec![
-                    Parameter::amplitude("log_friction", "1", 1.0),
-                    Parameter::positive("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
-                    Parameter::amplitude("delay", "s", 0.012),
-                    creep(fast, turns),
-                ],
+                base: base_of(fast, turns),
                 scatter: scatter_of(lever),
                 laws: motion_laws(&joint.name, &scale),
             },
@@ -224,7 +217,7 @@ impl Motions {
         self.turning.begin();
         let gains = gains(l, &read.halves, read.jitter);
         let open: Vec<Open> = (0..l.len())
-            .map(|i| Open::at(read, &gains, i, [self.slow, self.friction, self.inert]))
+            .map(|i| Open::at(read, &gains, i, ([self.slow, self.friction, self.inert], self.turns)))
             .collect();
         for i in 0..l.len() {
             let turned = i > 0 && l[i].speed * l[i - 1].speed < 0.0;
@@ -305,7 +298,10 @@ impl Family for Motions {
         let moments = &self.moments[group];
         let exerted = moments.iter().zip(loose(moments, active)).map(one).collect();
         let told = lagging(moments, exerted, active);
-        let read = |(m, load): (&Moved, f64)| read(&m.later(delay), load, active) + scatter[1];
+        let read = |(m, load): (&Moved, f64)| {
+            let m = m.later(delay);
+            read(&m, at_the_arm(&m, load, &base[4..]), active) + scatter[1]
+        };
         moments.iter().zip(told).map(read).collect()
     }
 
@@ -329,8 +325,9 @@ impl Family for Motions {
 
     fn afresh(&self, law: usize) -> Vec<f64> {
         let cut = self.sheet.laws[law].form == form::SATURATION_ROOM;
-        let more = [if cut { CUT } else { 0.0 }, 0.0, 0.0, 0.0];
-        self.base().iter().zip(more).map(|(p, m)| p.centre + m).collect()
+        let more = |k: usize| if cut && k == 0 { CUT } else { 0.0 };
+        let base = self.base().iter().enumerate();
+        base.map(|(k, p)| p.centre + more(k)).collect()
     }
 
     fn passes_all_places(&self) -> bool {

@@ -251,6 +251,14 @@ fn history_laws(deepest: f64) -> Vec<Law> {
         ),
         law(
             "elastic-damping",
+            form::DAMPING_POWER,
+            vec![Parameter::positive("c_over_k", "s", 0.03)],
+            vec![Parameter::less_than_linear()],
+            vec![vec![0.7]],
+            "the force depends on how fast the tool goes in",
+        ),
+        law(
+            "elastic-damping",
             form::DAMPING_GROWN,
             vec![Parameter::positive("c_over_k", "s", 0.03)],
             vec![Parameter::scale("over", "m", 0.1 * deepest, 1.0)],

@@ -33,7 +33,11 @@ pub(super) mod form {
     pub const BOND: usize = 24;
     pub const DAMPING_GROWN: usize = 25;
     pub const GUIDE_SOFT: usize = 26;
+    pub const DAMPING_POWER: usize = 27;
 }
+
+/// Rate at which a power of it is told as a linear damper, m/s.
+const DAMPED_AT: f64 = 0.01;
 
 /// Through how many equal poles what is read follows.
 pub(super) fn poles(form: usize) -> u8 {
@@ -109,7 +113,7 @@ impl Met {
             form::DELAY => a.values[0],
             form::LAG | form::LAG_OF_TWO => self.behind(stiffness, a.values[0], poles(a.law.form)),
             // What resists by its rate is felt before it is deep.
-            form::DAMPING => -a.values[0].clamp(0.0, depth),
+            form::DAMPING | form::DAMPING_POWER => -a.values[0].clamp(0.0, depth),
             form::RELAXATION => -depth * (1.0 - 1.0 / (1.0 + a.values[0].max(0.0))),
             _ => 0.0,
         };
@@ -226,6 +230,9 @@ impl Memory {
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
             form::POWER if touching => k * inside * ((inside / s).powf(v[0]) - 1.0),
             form::DAMPING if touching => k * v[0] * m.rate,
+            form::DAMPING_POWER if touching => {
+                k * v[0] * DAMPED_AT * m.rate.signum() * (m.rate.abs() / DAMPED_AT).powf(v[1])
+            }
             // As much of it as is touched resists (Hunt and Crossley 1975, where that is not soon all of it).
             form::DAMPING_GROWN if touching => k * v[0] * m.rate * inside / (inside + v[1].exp()),
             form::RELAXATION => {

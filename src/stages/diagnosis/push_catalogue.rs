@@ -83,6 +83,15 @@ fn friction_laws() -> Vec<Law> {
             "friction grows with speed",
         ),
         law(
+            "viscous-friction",
+            "support",
+            form::VISCOUS_POWER,
+            vec![positive("b", "N*s/m", 4.0)],
+            vec![Parameter::less_than_linear()],
+            vec![vec![0.7]],
+            "friction grows with speed",
+        ),
+        law(
             "rate-state-friction",
             "support",
             form::RATE_STATE,
@@ -94,12 +103,21 @@ fn friction_laws() -> Vec<Law> {
     ]
 }
 
+/// By how much friction goes with the heading, twice a turn, as a share of it; no surface has more of it than the bound.
+fn share_by_heading(name: &'static str) -> Parameter {
+    Parameter {
+        low: -0.6,
+        high: 0.6,
+        ..Parameter::amplitude(name, "1", 0.15)
+    }
+}
+
 /// Friction that depends on what happened before, or on the direction.
 fn history_laws() -> Vec<Law> {
     let none = || vec![Vec::new()];
     let a = Parameter::amplitude;
     let positive = Parameter::positive;
-    let pair = || vec![a("ac", "1", 0.15), a("as", "1", 0.15)];
+    let pair = || ["ac", "as"].map(share_by_heading).to_vec();
     vec![
         law(
             "static-ageing",

@@ -44,6 +44,7 @@ pub mod form {
     pub const BUMP_BOUNDED: usize = 32;
     pub const MAGNET_FAR: usize = 33;
     pub const BIAS_HELD: usize = 34;
+    pub const VISCOUS_POWER: usize = 39;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -154,11 +155,15 @@ pub fn way_of(active: &Active) -> Vector2<f64> {
 /// Length over which a slack tether comes taut, m.
 const TAUT: f64 = 1e-3;
 
+/// Speed at which a power of it is told as a linear damper, m/s.
+const VISCOUS_AT: f64 = 0.1;
+
 /// Adds to friction along the motion, N.
 pub fn viscous(active: &Active, s: &State, force: &mut f64) {
     let v = active.values;
     *force += match active.law.form {
         form::VISCOUS => v[0] * s.speed,
+        form::VISCOUS_POWER => v[0] * VISCOUS_AT * (s.speed / VISCOUS_AT).powf(v[1]),
         form::BOND if s.first => v[0] * (-s.slip / v[1].exp()).exp(),
         _ => 0.0,
     };

@@ -4,6 +4,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Quantity;
+use super::askew::askew;
 use super::asking::Imagined;
 use super::blows::{Blow, swings_as_the_whole, swings_on_the_tool};
 use super::family::{Active, ChannelKind, Covariate, Family, Parameter, Sheet};
@@ -20,7 +21,7 @@ use super::push_touches::Ready;
 use super::push_windows::{USUAL, WIDTH, besides, covariates, only_shown};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
-use crate::twin::Model;
+use crate::twin::{Evidence, Model};
 
 /// Share of that by which the limit surface has a body that turns resist less that it leaves open.
 const TURNING: f64 = 0.3;
@@ -318,10 +319,12 @@ impl Family for Pushes {
 
     /// At one speed of the tool what rubs is slower only where the body turns, and how that goes is the footprint's.
     fn shows(&self, law: usize) -> bool {
-        use push_laws::form::{ANISOTROPY, ANISOTROPY_OF_BODY, RATE_STATE, VISCOUS, WEAKENING, WEAKENING_SQUARE};
+        use push_laws::form::{
+            ANISOTROPY, ANISOTROPY_OF_BODY, RATE_STATE, VISCOUS, VISCOUS_POWER, WEAKENING, WEAKENING_SQUARE,
+        };
         let fitted = || (0..self.states.len()).filter(|g| !self.sheet.groups[*g].held_out);
         match self.sheet.laws[law].form {
-            RATE_STATE | VISCOUS | WEAKENING | WEAKENING_SQUARE => {
+            RATE_STATE | VISCOUS | VISCOUS_POWER | WEAKENING | WEAKENING_SQUARE => {
                 self.paces[1] <= 0.0 || self.paces[1] >= PACES * self.paces[0]
             }
             form @ (ANISOTROPY | ANISOTROPY_OF_BODY) => {
@@ -359,6 +362,10 @@ impl Family for Pushes {
 
     fn unforeseen(&self) -> f64 {
         self.sheet.scatter[0].tau * self.scale()
+    }
+
+    fn taken_up(&self, plain: &Fit) -> Option<Evidence> {
+        askew(&self.states, plain)
     }
 
     fn samples_are(&self) -> &'static str {

@@ -196,6 +196,9 @@ fn swings(finding: &Finding) -> bool {
     matches!(finding.cause.as_str(), "loose-mass" | "added-inertia")
 }
 
+/// Share of the error below which one number of a joint that no law explains is not what is wrong with it.
+const HALF: f64 = 0.5;
+
 /// Causes that act on a body at one place of the support.
 const AT_A_PLACE: [&str; 4] = ["magnet", "bump", "friction-patch", "hidden-body"];
 
@@ -275,7 +278,9 @@ fn name_causes(
     loads.fast = inertial(capture, segmented, model).unwrap_or_default();
     findings_of_inertia((capture, segmented, model), pushes.is_some(), &loads, findings);
     let told = told_by_one_number(capture, segmented, model, findings);
-    loads.left |= told.iter().any(|f| loads.nameless.contains(&f.place));
+    loads.left |= told
+        .iter()
+        .any(|f| loads.nameless.contains(&f.place) && f.gain.reduction < HALF);
     findings.extend(told);
     without_what_follows(findings);
     told_aloft(capture, segmented, findings);

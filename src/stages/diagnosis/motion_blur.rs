@@ -6,9 +6,8 @@ use super::motion_reads::{BIN, Read};
 use crate::math::robust_linear;
 use crate::stages::estimation::JointLoad;
 
-/// Share of the load of a slide that is left open at every moment by itself, and of what turns: there the arm is off by a share that
-/// goes with the angle, and were that taken for noise, what loads a joint much would count for little.
-const EVEN: [f64; 2] = [0.015, 0.004];
+/// Share of the load that the plain model leaves open: the arm of the force, the axis.
+const EVEN: f64 = 0.015;
 /// Share of the change of the inertial force within the span of its smoothing that is left open.
 const BLURRED: f64 = 0.15;
 /// Standard deviations of an acceleration at which it counts half.
@@ -55,8 +54,8 @@ pub(super) struct Open {
 impl Open {
     /// Of the moment `i`: the arm of the force, the noise of the speed as far as the load depends on it (or it would speak
     /// against damping), and a speed that changes within the span of its own smoothing. Beside `gains`: the speed below which
-    /// the direction of friction is not sure, friction, and inertia, and whether it turns.
-    pub fn at(read: &Read, gains: &[f64], i: usize, ([slow, friction, inert], turns): ([f64; 3], bool)) -> Self {
+    /// the direction of friction is not sure, friction, and inertia.
+    pub fn at(read: &Read, gains: &[f64], i: usize, [slow, friction, inert]: [f64; 3]) -> Self {
         let l = &read.loads;
         let reach = (read.halves[i] / BIN).ceil() as usize;
         let near = i.saturating_sub(reach)..(i + reach + 1).min(l.len());
@@ -80,7 +79,7 @@ impl Open {
             friction * (2.5 * share).powi(2).min(4.0) + BLURRED * changes
         };
         Self {
-            aside: unsteady + EVEN[usize::from(turns)].hypot(shaken) * l[i].load.abs(),
+            aside: unsteady + EVEN.hypot(shaken) * l[i].load.abs(),
             unsure: quiet && share > UNSURE,
         }
     }

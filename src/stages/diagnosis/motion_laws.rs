@@ -139,27 +139,20 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
     active.iter().map(one).sum()
 }
 
-/// How far the arm of the force may be off at one angle beside another, as a share, standard deviation.
-const ARM: f64 = 0.015;
-
 /// What every joint has: the logarithm of its friction over what was read of it, its inertia, of which the width is set once what
-/// moves it is known, the delay between force and track, the speed below which dry friction is not full, far below the `fast` ones or
-/// it could not be told from damping, and, of one that turns, how the arm of the force goes wrong with the angle.
+/// moves it is known, the delay between force and track, and the speed below which dry friction is not full, far below the `fast`
+/// ones or it could not be told from damping.
 pub fn base_of(fast: f64, turns: bool) -> Vec<Parameter> {
     let creep = Parameter {
         high: (0.1 * fast).ln(),
         ..Parameter::scale("creep_speed", if turns { "rad/s" } else { "m/s" }, 0.02 * fast, 0.8)
     };
-    let mut base = vec![
+    vec![
         Parameter::amplitude("log_friction", "1", 1.0),
         Parameter::positive("inertia", if turns { "kg·m²" } else { "kg" }, 0.0),
         Parameter::amplitude("delay", "s", 0.012),
         creep,
-    ];
-    if turns {
-        base.extend(["arm_cos", "arm_sin"].map(|name| Parameter::amplitude(name, "1", ARM)));
-    }
-    base
+    ]
 }
 
 /// How dry friction sets in with speed, in units of the creep speed: in proportion, then in full. A world that rounds

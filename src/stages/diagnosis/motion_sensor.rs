@@ -140,7 +140,7 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
     active.iter().fold(load, |load, a| {
         let x = a.values;
         match a.law.form {
-            form::LEVER => at_the_arm(m, load, &x[..2]),
+            form::LEVER => load * (1.0 + x[0] * m.position.cos() + x[1] * m.position.sin()),
             form::BIAS => load + x[0] * m.lever,
             form::BIAS_ROOM => load + m.lever * m.way.dot(&Vector3::from_column_slice(&x[..3])),
             form::DRIFT => load + x[0] * m.time * m.lever,
@@ -153,14 +153,6 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
             _ => load,
         }
     })
-}
-
-/// The load at an arm that is wrong by a share that goes with the angle, as `[cos, sin]` of it; as it is where there is none.
-pub fn at_the_arm(m: &Moved, load: f64, wrong: &[f64]) -> f64 {
-    match wrong {
-        [cos, sin] => load * (1.0 + cos * m.position.cos() + sin * m.position.sin()),
-        _ => load,
-    }
 }
 
 /// Seconds by which the force is read later than the track, of all laws: a delay is one of the track where it is positive.

@@ -18,7 +18,7 @@ use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, bonded, loose};
 use super::motion_laws::{Moved, TOLD, base_of, effort, form, held, motion_laws, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
-use super::motion_sensor::{Free, at_the_arm, lagging, late, read};
+use super::motion_sensor::{Free, lagging, late, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
 use super::shows_in::{ACCELERATION, BACK, DIRECTION};
@@ -217,7 +217,7 @@ impl Motions {
         self.turning.begin();
         let gains = gains(l, &read.halves, read.jitter);
         let open: Vec<Open> = (0..l.len())
-            .map(|i| Open::at(read, &gains, i, ([self.slow, self.friction, self.inert], self.turns)))
+            .map(|i| Open::at(read, &gains, i, [self.slow, self.friction, self.inert]))
             .collect();
         for i in 0..l.len() {
             let turned = i > 0 && l[i].speed * l[i - 1].speed < 0.0;
@@ -298,10 +298,7 @@ impl Family for Motions {
         let moments = &self.moments[group];
         let exerted = moments.iter().zip(loose(moments, active)).map(one).collect();
         let told = lagging(moments, exerted, active);
-        let read = |(m, load): (&Moved, f64)| {
-            let m = m.later(delay);
-            read(&m, at_the_arm(&m, load, &base[4..]), active) + scatter[1]
-        };
+        let read = |(m, load): (&Moved, f64)| read(&m.later(delay), load, active) + scatter[1];
         moments.iter().zip(told).map(read).collect()
     }
 

@@ -215,6 +215,25 @@ fn a_slide_with_a_stop_at_either_end_is_one_and_without_them_perhaps() {
 }
 
 #[test]
+fn a_slide_that_is_led_along_one_line_again_and_again_both_ways_is_one() {
+    let shares = to_and_fro(500);
+    let forth = |s: f64| Isometry3::translation(0.15 * s, 0.0, 0.05);
+    let back = |s: f64| Isometry3::translation(0.15 * (1.0 - s), 0.0, 0.05);
+    let of = |each: [bool; 6]| {
+        let run = |(k, back_too): (usize, &bool)| {
+            let pose: &dyn Fn(f64) -> Isometry3<f64> = if *back_too { &back } else { &forth };
+            pull(k, ("cabinet", "drawer"), &shares, pose, &|s| pose(s).translation.vector)
+        };
+        all_of(&capture(each.iter().enumerate().map(run).collect(), true)).0
+    };
+    let [f, b] = [false, true];
+    assert_eq!(of([f, b, f, f, b, f]).joints[0].kind, JointKind::Prismatic);
+    // A hand that only ever draws it away may do so with what is free.
+    let away = of([f; 6]);
+    assert!(away.joints.is_empty() && away.unproven.len() == 1);
+}
+
+#[test]
 fn a_slide_that_is_shoved_along_the_line_on_which_it_was_led_is_one() {
     let shares = to_and_fro(500);
     let drawn = |s: f64| Isometry3::translation(0.15 * s, 0.0, 0.05);

@@ -90,9 +90,6 @@ const ALONE: (f64, usize) = (0.9, 5);
 const READ_LATE: [&str; 2] = ["sensor-lag", "time-delay"];
 const MOST_OF_IT: f64 = 0.5;
 
-/// Causes that one touch alone may show: the first one, or one after a long wait.
-const OF_ONE_TOUCH: [&str; 3] = ["breakaway-bond", "static-ageing", "latch"];
-
 /// Whether one interaction alone asks for what the others might have passed as well.
 fn of_one_alone(before: &Fit, after: &Fit) -> bool {
     let pairs = after.states.iter().zip(&before.states);
@@ -170,12 +167,10 @@ fn judged(
     let further = !first && taken.gain < LESSER * ladder.taken[0].gain;
     let hollow = further && hollow(family, ladder, &gain, taken.law);
     let ruins = ladder.left.is_some() && gain.reduction < RUINS && above_noise(family, &gain, taken.law);
-    // What one interaction alone asks for, while those that were held out go as repeats go without it, is of that one; a further effect
-    // also where it does not help them.
+    // What one interaction alone asks for, while those that were held out go as repeats go without it, is of that one.
     let of_table = on_the_table(law.cause);
     let as_repeats = gain.held_out.is_empty() || gain.rmse_before < REPEATS * family.unforeseen();
-    let helps_none = !first && gain.reduction < NOTHING && !OF_ONE_TOUCH.contains(&law.cause);
-    if (of_table && as_repeats || helps_none) && of_one_alone(before, after) {
+    if of_table && as_repeats && of_one_alone(before, after) {
         return None;
     }
     // What is read late beside another effect of a joint is mostly what smoothed motions leave of that at their starts.

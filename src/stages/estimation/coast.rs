@@ -62,6 +62,11 @@ pub(super) struct Run {
 /// Share of gravity along the support from which on nothing is read off a coasting.
 const SLOPE: f64 = 0.02;
 
+/// Whether the weight pulls along the support.
+pub(super) fn slopes(ground: &Ground) -> bool {
+    ground.plane.flat(&ground.gravity).norm() > SLOPE * ground.gravity.norm()
+}
+
 /// Friction from the end of a push; `None` where the body stopped with the tool.
 pub(super) fn coast_of(
     interaction: &Interaction,
@@ -73,8 +78,7 @@ pub(super) fn coast_of(
 ) -> Option<Coast> {
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let released = release(interaction, segmented)?;
-    // On a slope the weight pulls along the way.
-    if ground.plane.flat(&ground.gravity).norm() > SLOPE * ground.gravity.norm() {
+    if slopes(ground) {
         return None;
     }
     let run = run_of(track, segmented, ground, &shape.centre, released)?;

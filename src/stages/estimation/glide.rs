@@ -6,7 +6,7 @@
 
 use nalgebra::{DVector, Matrix5, Rotation2, Vector2, Vector5};
 
-use super::coast::{Run, Shape, run_of};
+use super::coast::{Run, Shape, run_of, slopes};
 use super::facts::Ground;
 use super::push::Plane;
 use super::spin::Spun;
@@ -34,7 +34,7 @@ const FORM: f64 = 0.03;
 const TOGETHER: f64 = 0.3;
 const WIDE: f64 = 1e3;
 
-/// What a slide says of how the body turns; nothing where it flew, hit something, or hardly turned.
+/// What a slide says of how the body turns; nothing on a slope, and where it flew, hit something, or hardly turned.
 pub(super) fn glide(
     interaction: &Interaction,
     segmented: &Segmented,
@@ -44,7 +44,7 @@ pub(super) fn glide(
 ) -> Option<Spun> {
     let track = interaction.tracks.get(link).filter(|t| !t.is_snapshot_pair())?;
     let surface = shape.surface.as_ref()?;
-    if interaction.force.is_some() || !stays_down(track, segmented, ground) {
+    if interaction.force.is_some() || slopes(ground) || !stays_down(track, segmented, ground) {
         return None;
     }
     let mut run = run_of(track, segmented, ground, &shape.centre, f64::NEG_INFINITY)?;

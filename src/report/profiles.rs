@@ -12,6 +12,8 @@ const LEFT: f64 = 50.0;
 const RIGHT: f64 = 372.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 140.0;
+/// Half the width of a digit at an axis.
+const HALF_DIGIT: f64 = 3.4;
 
 /// Both pictures of a finding.
 pub fn pictures(profile: &Profile) -> String {
@@ -137,11 +139,12 @@ impl Picture {
         }
         let (values, decimals) = self.x.ticks(5.0);
         for v in values {
-            let at = self.x.at(v);
+            let (at, text) = (self.x.at(v), fixed(v, decimals));
+            // The last number ends where the drawing does.
+            let middle = at.min(WIDTH - HALF_DIGIT * text.chars().count() as f64);
             axes += &format!(
-                "<path class=\"tick\" d=\"M{at:.1} {BOTTOM}v4\"/><text class=\"x\" x=\"{at:.1}\" y=\"{:.0}\">{}</text>",
+                "<path class=\"tick\" d=\"M{at:.1} {BOTTOM}v4\"/><text class=\"x\" x=\"{middle:.1}\" y=\"{:.0}\">{text}</text>",
                 BOTTOM + 17.0,
-                fixed(v, decimals)
             );
         }
         let (title, below) = (escape(title), escape(below));

@@ -53,7 +53,7 @@ pub struct Miss {
     pub interaction: String,
     /// Whether it was held out.
     pub held_out: bool,
-    /// `force`, `torque`, `position`, …
+    /// `force`, `torque`, `position`, … or a curve of the twin's: `box: across the push`.
     pub quantity: String,
     /// SI unit of it.
     pub unit: String,
@@ -98,7 +98,7 @@ pub struct Profile {
     pub covariate: String,
     /// SI unit of the covariate.
     pub covariate_unit: String,
-    /// Means over stretches of the covariate, lowest first.
+    /// Means over stretches of the covariate, lowest first; none for what no law of a ladder told.
     pub bins: Vec<ProfileBin>,
     /// The interaction on which the finding changes most, a held-out one where there is any.
     pub interaction: String,

@@ -166,6 +166,7 @@ fn laws(joint: &str) -> Vec<Law> {
         parameters: ["cx", "cy"].map(|name| Parameter::amplitude(name, unit, sd)).to_vec(),
         amplitudes: 2,
         grid: vec![Vec::new()],
+        extends: &[],
         words: "the centre about which the joint turns moves as it turns",
     };
     vec![of(form::EVEN, "m/rad", 5e-3), of(form::CURVED, "m/rad²", 5e-3)]

@@ -30,6 +30,7 @@ use super::ripples::swinging;
 use super::rolls::rolls;
 use super::sensor::{as_one, rounded_away, sensor_findings};
 use super::sensor_lag::lag_of;
+use super::shown::pictured;
 use super::tares::tare_finding;
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
@@ -142,19 +143,19 @@ pub fn diagnose(
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);
-    let mut base = match findings.as_slice() {
-        [] => base_fit(&traces, config),
-        _ => base_fit(&predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)), config),
+    let without = match findings.as_slice() {
+        [] => traces.clone(),
+        _ => predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)),
     };
+    let mut base = base_fit(&without, config);
     base.tests = [whiteness(&traces), curves.tests].concat();
     let swings = swinging((raw, segmented, model), faults, (&mut findings, &mut base));
     let left = !swings.is_empty() || curves.left;
     let verdict = concluded(&traces, &mut findings, (left, curves.overruled), config);
     let depends = [swings, curves.left_against].concat();
     let (missed, left) = where_left(verdict, (curves.missed, depends), &traces, config);
-    let told = |p: &Profile| findings.iter().any(|f| f.cause == p.cause && f.place == p.place);
     let diagnosis = Diagnosis {
-        profiles: curves.profiles.into_iter().filter(told).collect(),
+        profiles: pictured(curves.profiles, &findings, [&without, &traces]),
         budgets: curves.budgets.into_iter().map(|b| b.doubted(&findings)).collect(),
         missed,
         left,

@@ -103,8 +103,10 @@ pub struct Law {
     pub parameters: Vec<Parameter>,
     /// How many of the parameters are amplitudes.
     pub amplitudes: usize,
-    /// Values of the shape parameters from which a fit may start.
+    /// Values of the shape parameters from which a fit may start; of those that it has beyond the forms that it extends, where it does.
     pub grid: Vec<Vec<f64>>,
+    /// Forms whose shape parameters are the first of its own: it is looked for only where one of them was taken up, from there on.
+    pub extends: &'static [usize],
     /// In plain words what it means.
     pub words: &'static str,
 }

@@ -68,6 +68,7 @@ mod presses;
 mod profile;
 mod profile_words;
 mod push_catalogue;
+mod push_closer;
 mod push_extent;
 mod push_history;
 mod push_laws;

@@ -222,6 +222,7 @@ impl Maker<'_> {
             amplitudes: amplitudes.len(),
             parameters: amplitudes.into_iter().chain(shapes).collect(),
             grid,
+            extends: &[],
             words,
         }
     }

@@ -277,6 +277,7 @@ mod tests {
             parameters: Vec::new(),
             amplitudes: 0,
             grid: Vec::new(),
+            extends: &[],
             words: "",
         };
         let told = |before: f64| Gain {

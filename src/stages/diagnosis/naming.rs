@@ -16,13 +16,13 @@ use crate::twin::{Evidence, Gain};
 /// Log evidence over the plain model, nats, from which on a cause is named, unless a family knows better; and beside others.
 pub const NAMED: f64 = 8.0;
 /// Causes this close to the best cannot be ruled out, nats.
-const RIVAL: f64 = 5.0;
+pub(super) const RIVAL: f64 = 5.0;
 /// What the amplitudes of a cause must be worth by themselves to be named, nats: two standard deviations.
 const SEEN: f64 = 2.0;
 /// A null that a candidate's parameters make better by this had not converged, nats.
 const SLIP: f64 = 0.3;
 /// At most this many effects are taken up.
-pub(super) const EFFECTS: usize = 3;
+const EFFECTS: usize = 3;
 
 /// One effect that was taken up.
 #[derive(Clone, Debug)]
@@ -88,12 +88,14 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         return None;
     }
     let allowed = |l: &usize| config.allows(family.laws()[*l].cause);
-    let (all, unseen): (Vec<usize>, Vec<usize>) =
+    let (seen, unseen): (Vec<usize>, Vec<usize>) =
         (0..family.laws().len()).filter(allowed).partition(|l| family.shows(*l));
+    let (all, closer): (Vec<usize>, Vec<usize>) = seen.into_iter().partition(|l| family.laws()[*l].extends.is_empty());
     let plain = started(family, &groups)?;
     let mut climb = Climb {
         family,
         all,
+        closer,
         full: plain.clone(),
         plain,
         taken: Vec::new(),
@@ -102,11 +104,12 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
         hoped: false,
         polishes: 0,
     };
-    while climb.taken.len() < EFFECTS && climb.step() {}
+    climb.climb();
     climb.keep_the_hoped_for();
     climb.take_up_together();
     climb.drop_the_needless();
     climb.revise();
+    climb.look_closer(0);
     climb.drop_the_misshapen();
     Some(standing(family, climb.finish()))
 }
@@ -114,8 +117,9 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
 /// What the search has come to.
 pub(super) struct Climb<'a> {
     pub(super) family: &'a dyn Family,
-    /// The laws that may be named.
+    /// The laws that may be named, and the closer forms of some of them.
     pub(super) all: Vec<usize>,
+    pub(super) closer: Vec<usize>,
     pub(super) plain: Fit,
     pub(super) full: Fit,
     pub(super) taken: Vec<Taken>,
@@ -152,6 +156,17 @@ impl Climb<'_> {
 
     pub(super) fn rank(&self, law: usize, gain: f64) -> f64 {
         gain + self.family.head_start(law)
+    }
+
+    /// Takes up effects while the data ask for them, each in the form that fits it best.
+    pub(super) fn climb(&mut self) {
+        loop {
+            let before = self.taken.len();
+            if before >= EFFECTS || !self.step() {
+                return;
+            }
+            self.look_closer(before);
+        }
     }
 
     /// Takes up one effect, or finds a better null; false when nothing more is asked for.

@@ -23,6 +23,7 @@ fn law(
         parameters,
         amplitudes: count,
         grid,
+        extends: &[],
         words,
     }
 }
@@ -49,6 +50,7 @@ pub fn scatter() -> Vec<Scatter> {
 pub fn press_laws(presses: &Presses) -> Vec<Law> {
     let mut laws = curve_laws(presses.deepest.max(1e-5));
     laws.extend(history_laws(presses.deepest.max(1e-5)));
+    laws.extend(closer_laws());
     laws.extend(guide_laws());
     laws.extend(memory_laws(presses.deepest.max(1e-5)));
     laws.extend(of_one(presses, &laws));
@@ -228,6 +230,47 @@ fn guide_laws() -> Vec<Law> {
             logs(&[5e-5]),
             "a constant friction opposes going in and coming out",
         ),
+    ]
+}
+
+/// Forms with more numbers, which are tried where the one that they extend was taken up.
+fn closer_laws() -> Vec<Law> {
+    vec![
+        Law {
+            extends: &[form::RELAXATION],
+            ..law(
+                "stress-relaxation",
+                form::RELAXATION_OF_TWO,
+                vec![Parameter::positive("s", "1", 0.2)],
+                vec![
+                    Parameter::scale("tau", "s", 0.5, 0.8),
+                    Parameter::scale("s_ratio", "1", 1.0, 0.8),
+                    Parameter::scale("tau_ratio", "1", 8.0, 0.5),
+                ],
+                [[0.5f64, 6.0], [1.0, 12.0]].map(|r| r.map(f64::ln).to_vec()).to_vec(),
+                "the force sinks while the tool stands still",
+            )
+        },
+        Law {
+            extends: &[form::HYSTERESIS, form::STOPS],
+            ..law(
+                "elastic-hysteresis",
+                form::STOPS_UNLIKE,
+                vec![Parameter::positive("A", "N", 0.5)],
+                vec![
+                    Parameter::scale("d", "m", 1e-3, 0.6),
+                    Parameter::scale("apart", "1", 1.0, 0.5),
+                    Parameter {
+                        unit: "1",
+                        ..Parameter::place("shares", 0.0, 0.5)
+                    },
+                ],
+                [[1.0f64.ln(), 0.5], [0.6f64.ln(), 0.5], [1.5f64.ln(), 0.0]]
+                    .map(Vec::from)
+                    .to_vec(),
+                "going in costs more than coming out gives back, at any speed",
+            )
+        },
     ]
 }
 

@@ -34,6 +34,8 @@ pub(super) mod form {
     pub const DAMPING_GROWN: usize = 25;
     pub const GUIDE_SOFT: usize = 26;
     pub const DAMPING_POWER: usize = 27;
+    pub const RELAXATION_OF_TWO: usize = 28;
+    pub const STOPS_UNLIKE: usize = 29;
 }
 
 /// Rate at which a power of it is told as a linear damper, m/s.
@@ -115,6 +117,10 @@ impl Met {
             // What resists by its rate is felt before it is deep.
             form::DAMPING | form::DAMPING_POWER => -a.values[0].clamp(0.0, depth),
             form::RELAXATION => -depth * (1.0 - 1.0 / (1.0 + a.values[0].max(0.0))),
+            form::RELAXATION_OF_TWO => {
+                let both = a.values[0].max(0.0) * (1.0 + a.values[2].exp());
+                -depth * (1.0 - 1.0 / (1.0 + both))
+            }
             _ => 0.0,
         };
         self.speed * (delay + active.iter().map(one).sum::<f64>())
@@ -151,8 +157,8 @@ pub struct Memory {
     /// The same, from where the surface was at first, before this press and up to now.
     past: [f64; 2],
     sunk_to: [f64; 2],
-    /// Force of the relaxing arm, N.
-    arm: f64,
+    /// Forces of the relaxing arms, N.
+    arms: [f64; 2],
     /// State of the hysteretic element, −1 to 1.
     loop_state: f64,
     /// Stretch of the stops, m.
@@ -176,7 +182,7 @@ impl Memory {
             deepest: past,
             past,
             sunk_to: past,
-            arm: 0.0,
+            arms: [0.0; 2],
             loop_state: 0.0,
             stops: [0.0; STOPS.len()],
             before: 0.0,
@@ -235,25 +241,29 @@ impl Memory {
             }
             // As much of it as is touched resists (Hunt and Crossley 1975, where that is not soon all of it).
             form::DAMPING_GROWN if touching => k * v[0] * m.rate * inside / (inside + v[1].exp()),
-            form::RELAXATION => {
-                let decay = (-m.step / v[1].exp()).exp();
-                self.arm = self.arm * decay + v[0] * k * moved * (1.0 + decay) / 2.0;
-                if touching { self.arm } else { 0.0 }
+            form::RELAXATION => self.relaxing(0, [v[0] * k * moved, v[1].exp(), m.step], touching),
+            // A second arm that is slower (Wiechert 1893).
+            form::RELAXATION_OF_TWO => {
+                let quick = self.relaxing(0, [v[0] * k * moved, v[1].exp(), m.step], touching);
+                let slower = [v[0] * v[2].exp() * k * moved, (v[1] + v[3]).exp(), m.step];
+                quick + self.relaxing(1, slower, touching)
             }
             form::HYSTERESIS => {
                 let turn = moved / v[1].exp();
                 self.loop_state = (self.loop_state + turn - turn.abs() * self.loop_state).clamp(-1.0, 1.0);
                 if touching { v[0] * self.loop_state } else { 0.0 }
             }
-            form::STOPS => {
-                let middle = v[1].exp();
-                let mut sum = 0.0;
+            form::STOPS | form::STOPS_UNLIKE => {
+                // How far apart the stops are, and how the force of one goes with its way, as powers.
+                let [apart, shares] = if v.len() > 3 { [v[2].exp(), v[3]] } else { [1.0, 0.0] };
+                let (mut sum, mut all) = (0.0, 0.0);
                 for (stretch, reach) in self.stops.iter_mut().zip(STOPS) {
-                    let limit = reach * middle;
+                    let (limit, share) = (reach.powf(apart) * v[1].exp(), reach.powf(shares));
                     *stretch = (*stretch + moved).clamp(-limit, limit);
-                    sum += *stretch / limit;
+                    sum += share * *stretch / limit;
+                    all += share;
                 }
-                if touching { v[0] * sum / STOPS.len() as f64 } else { 0.0 }
+                if touching { v[0] * sum / all } else { 0.0 }
             }
             form::GUIDE if touching => v[0] * (m.rate / 1e-4).tanh(),
             // It lets go of what stands.
@@ -275,6 +285,13 @@ impl Memory {
             form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / v[1].exp()).exp(),
             _ => 0.0,
         }
+    }
+
+    /// The force, N, of an arm that is drawn by `drawn` newtons over a `step` (s) and dies within `tau` (s).
+    fn relaxing(&mut self, arm: usize, [drawn, tau, step]: [f64; 3], touching: bool) -> f64 {
+        let decay = (-step / tau).exp();
+        self.arms[arm] = self.arms[arm] * decay + drawn * (1.0 + decay) / 2.0;
+        if touching { self.arms[arm] } else { 0.0 }
     }
 
     fn read(&mut self, a: &Active, m: &Moment, force: f64) -> f64 {
@@ -315,6 +332,7 @@ mod tests {
             parameters: Vec::new(),
             amplitudes: 1,
             grid: Vec::new(),
+            extends: &[],
             words: "",
         }
     }

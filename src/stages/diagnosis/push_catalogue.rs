@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::family::{Law, Parameter, Scatter};
+use super::push_closer::closer_laws;
 use super::push_laws::form;
 use super::push_places::{far_laws, local_laws};
 use super::pushes::Pushes;
@@ -16,6 +17,7 @@ pub fn push_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
         laws.extend(load_laws());
     }
     laws.extend(local_laws(pushes, scale));
+    laws.extend(closer_laws(pushes));
     laws.extend(far_laws(pushes, scale));
     laws.extend(sensor_laws(pushes, scale));
     laws.extend(bias_laws(pushes));
@@ -40,6 +42,7 @@ pub(super) fn law(
         parameters,
         amplitudes: count,
         grid,
+        extends: &[],
         words,
     }
 }
@@ -104,7 +107,7 @@ fn friction_laws() -> Vec<Law> {
 }
 
 /// By how much friction goes with the heading, twice a turn, as a share of it; no surface has more of it than the bound.
-fn share_by_heading(name: &'static str) -> Parameter {
+pub(super) fn share_by_heading(name: &'static str) -> Parameter {
     Parameter {
         low: -0.6,
         high: 0.6,

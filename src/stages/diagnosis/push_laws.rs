@@ -45,6 +45,11 @@ pub mod form {
     pub const MAGNET_FAR: usize = 33;
     pub const BIAS_HELD: usize = 34;
     pub const VISCOUS_POWER: usize = 39;
+    pub const TILT_BORNE: usize = 40;
+    pub const ANISOTROPY_CREASED: usize = 41;
+    pub const ANISOTROPY_OF_BODY_CREASED: usize = 42;
+    pub const PATCH_OVAL: usize = 43;
+    pub const BUMP_OVAL: usize = 44;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -57,18 +62,20 @@ pub fn share(active: &Active, s: &State, length: f64, load: f64, share: &mut f64
         form::AGEING => v[0] * (1.0 + s.wait).log10() * (-s.slip / length).exp(),
         // The contact is renewed over the slip length, and its age counts by its logarithm (Dieterich 1979).
         form::AGEING_RENEWED => v[0] * (1.0 + s.wait * (-s.slip / v[1].exp()).exp()).log10(),
-        form::ANISOTROPY => {
-            let double = 2.0 * s.heading.y.atan2(s.heading.x);
-            v[0] * double.cos() + v[1] * double.sin()
-        }
-        form::ANISOTROPY_OF_BODY => {
-            let double = 2.0 * (s.heading.y.atan2(s.heading.x) - s.turn);
-            v[0] * double.cos() + v[1] * double.sin()
+        form::ANISOTROPY | form::ANISOTROPY_OF_BODY => twice([v[0], v[1]], s, active.law.form),
+        // With a share of four times a turn about the same axis: of |cos| it is -0.2.
+        form::ANISOTROPY_CREASED | form::ANISOTROPY_OF_BODY_CREASED => {
+            let (own, most) = (twice([v[0], v[1]], s, active.law.form), v[0].hypot(v[1]));
+            own + v[2] * (2.0 * own * own / most.max(1e-12) - most)
         }
         form::PATCH => v[0] * gaussian(v[1], v[2], v[3].exp()),
         form::PATCH_SHARP => {
             let r = (s.at - Vector2::new(v[1], v[2])).norm() / (1.5 * v[3].exp());
             v[0] / (1.0 + r.powi(12))
+        }
+        form::PATCH_OVAL => {
+            let away = s.at - Vector2::new(v[1], v[2]);
+            v[0] * (-(0.5 * oval(away, v[3].exp(), [v[4], v[5]])).powf(v[6].exp())).exp()
         }
         form::LOAD_POWER => s.loaded.powf(-v[0]) - 1.0,
         form::LOAD_ADHESION => v[0] / (load * s.loaded),
@@ -79,11 +86,33 @@ pub fn share(active: &Active, s: &State, length: f64, load: f64, share: &mut f64
     };
 }
 
+/// What goes twice a turn with the heading, on the table or on the body.
+fn twice([c, s]: [f64; 2], state: &State, form: usize) -> f64 {
+    let of_body = matches!(form, form::ANISOTROPY_OF_BODY | form::ANISOTROPY_OF_BODY_CREASED);
+    let turn = if of_body { state.turn } else { 0.0 };
+    let double = 2.0 * (state.heading.y.atan2(state.heading.x) - turn);
+    c * double.cos() + s * double.sin()
+}
+
+/// The square of how far a place is out, over the size of an ellipse of mean radius `r` that is `exp(stretch)` times as long as wide
+/// and lies at an angle.
+fn oval(away: Vector2<f64>, r: f64, [stretch, angle]: [f64; 2]) -> f64 {
+    let own = Rotation2::new(-angle) * away / r;
+    own.x.powi(2) * (-stretch).exp() + own.y.powi(2) * stretch.exp()
+}
+
 /// Whether the second and the third number of a form are the place about which it acts, m.
 pub fn is_about_a_place(form: usize) -> bool {
     matches!(
         form,
-        form::PATCH | form::PATCH_SHARP | form::BUMP | form::BUMP_BOUNDED | form::MAGNET | form::MAGNET_FAR
+        form::PATCH
+            | form::PATCH_SHARP
+            | form::PATCH_OVAL
+            | form::BUMP
+            | form::BUMP_BOUNDED
+            | form::BUMP_OVAL
+            | form::MAGNET
+            | form::MAGNET_FAR
     )
 }
 
@@ -185,6 +214,13 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
     };
     *out += match active.law.form {
         form::TILT => Vector2::new(v[0], v[1]) * load,
+        form::TILT_BORNE => Vector2::new(v[0], v[1]) * (load * s.loaded),
+        form::BUMP_OVAL => {
+            let (away, r) = (s.at - Vector2::new(v[1], v[2]), v[3].exp());
+            let own = Rotation2::new(-v[5]) * away;
+            let slope = Vector2::new(own.x * (-v[4]).exp(), own.y * v[4].exp()) / r;
+            Rotation2::new(v[5]) * slope * (-v[0] * load * (-0.5 * oval(away, r, [v[4], v[5]])).exp())
+        }
         form::BUMP_BOUNDED => tailed(v[1], v[2], v[3].exp(), v[4]) * (-v[0] * load),
         form::MAGNET_FAR => tailed(v[1], v[2], v[3].exp(), v[4]) * v[0],
         form::BUMP => hill(v[1], v[2], v[3].exp()) * (-v[0] * load),

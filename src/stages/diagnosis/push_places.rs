@@ -10,7 +10,7 @@ use super::push_laws::form;
 use super::pushes::Pushes;
 
 /// Where bodies were moved: the middle, the standard deviation of a place's prior, and every place.
-fn workspace(pushes: &Pushes) -> (Vector2<f64>, f64, Vec<Vector2<f64>>) {
+pub(super) fn workspace(pushes: &Pushes) -> (Vector2<f64>, f64, Vec<Vector2<f64>>) {
     let at: Vec<Vector2<f64>> = pushes.moving().map(|s| s.at).collect();
     let n = at.len().max(1) as f64;
     let middle = at.iter().sum::<Vector2<f64>>() / n;
@@ -29,20 +29,30 @@ fn places(middle: Vector2<f64>, sd: f64) -> Vec<Parameter> {
 /// By how much friction is less at one place at most, as a share of it.
 const WEAKEST: f64 = -0.9;
 
+/// Where a round place is and how large.
+pub(super) fn round(middle: Vector2<f64>, sd: f64) -> Vec<Parameter> {
+    let mut p = places(middle, sd);
+    p.push(Parameter::scale("R", "m", 0.016, 0.4));
+    p
+}
+
+/// By how much friction differs there: friction of less than nothing would push the body along.
+pub(super) fn differs() -> Parameter {
+    Parameter {
+        low: WEAKEST,
+        ..Parameter::amplitude("a", "1", 0.3)
+    }
+}
+
+/// How steep a hill is.
+pub(super) fn steepness() -> Parameter {
+    Parameter::amplitude("slope", "1", 0.15)
+}
+
 /// Laws of a place on the table start from a grid over where the body was moved.
 pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
-    let a = Parameter::amplitude;
-    // Friction of less than nothing would push the body along.
-    let differs = || Parameter {
-        low: WEAKEST,
-        ..a("a", "1", 0.3)
-    };
     let (middle, sd, at) = workspace(pushes);
-    let round = || {
-        let mut p = places(middle, sd);
-        p.push(Parameter::scale("R", "m", 0.016, 0.4));
-        p
-    };
+    let round = || round(middle, sd);
     // Every place is one where the body was: farther away nothing is felt.
     let step = (at.len() / 24).max(1);
     let visited = at.iter().step_by(step);
@@ -72,7 +82,7 @@ pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "bump",
             "support",
             form::BUMP,
-            vec![a("slope", "1", 0.15)],
+            vec![steepness()],
             round(),
             grid.clone(),
             "the table rises at one place: up costs what down gives back",
@@ -90,7 +100,7 @@ pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "bump",
             "support",
             form::BUMP_BOUNDED,
-            vec![a("slope", "1", 0.15)],
+            vec![steepness()],
             with_tail(round(), BOUNDED),
             tailed(&grid, BOUNDED),
             "the table rises at one place: up costs what down gives back",
@@ -151,7 +161,7 @@ pub(super) fn far_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             vec![Vec::new()],
             "pushing one way needs more force than pushing the other",
         ),
-        // With one object that lies on one table the two are the same data.
+        // With one object that lies on one table, under no hand, the two are the same data.
         law(
             "gravity-error",
             "support",
@@ -166,8 +176,25 @@ pub(super) fn far_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
         loose(middle, sd, form::TETHER_CAUGHT),
     ]
     .into_iter()
+    .chain(leaning(pushes))
     .chain(in_the_way(pushes, middle, sd, scale))
     .collect()
+}
+
+/// A slope of the table bears what a hand presses down as well, where one does.
+fn leaning(pushes: &Pushes) -> Option<Law> {
+    let slope = |name| Parameter::amplitude(name, "rad", 0.05);
+    pushes.loads_vary().then(|| {
+        law(
+            "support-tilt",
+            "support",
+            form::TILT_BORNE,
+            ["tx", "ty"].map(slope).to_vec(),
+            Vec::new(),
+            vec![Vec::new()],
+            "pushing one way needs more force than pushing the other, the more the more the table bears",
+        )
+    })
 }
 
 /// A tether that is slack within a circle about where it is tied.

@@ -320,15 +320,16 @@ impl Family for Pushes {
     /// At one speed of the tool what rubs is slower only where the body turns, and how that goes is the footprint's.
     fn shows(&self, law: usize) -> bool {
         use push_laws::form::{
-            ANISOTROPY, ANISOTROPY_OF_BODY, RATE_STATE, VISCOUS, VISCOUS_POWER, WEAKENING, WEAKENING_SQUARE,
+            ANISOTROPY, ANISOTROPY_CREASED, ANISOTROPY_OF_BODY, ANISOTROPY_OF_BODY_CREASED, RATE_STATE, VISCOUS,
+            VISCOUS_POWER, WEAKENING, WEAKENING_SQUARE,
         };
         let fitted = || (0..self.states.len()).filter(|g| !self.sheet.groups[*g].held_out);
         match self.sheet.laws[law].form {
             RATE_STATE | VISCOUS | VISCOUS_POWER | WEAKENING | WEAKENING_SQUARE => {
                 self.paces[1] <= 0.0 || self.paces[1] >= PACES * self.paces[0]
             }
-            form @ (ANISOTROPY | ANISOTROPY_OF_BODY) => {
-                let of_body = form == ANISOTROPY_OF_BODY;
+            form @ (ANISOTROPY | ANISOTROPY_CREASED | ANISOTROPY_OF_BODY | ANISOTROPY_OF_BODY_CREASED) => {
+                let of_body = matches!(form, ANISOTROPY_OF_BODY | ANISOTROPY_OF_BODY_CREASED);
                 !along_one_line(fitted().flat_map(|g| &self.states[g]), of_body)
             }
             _ => true,

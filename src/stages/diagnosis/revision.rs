@@ -3,14 +3,16 @@
 
 use super::alike::{may_be_form, of_one_form};
 use super::evidence::{leave_one_out, paired};
-use super::family::Family;
+use super::family::{Family, Law};
 use super::fit::{Fit, fit};
 use super::leftover::left_over;
 use super::named::values;
-use super::naming::{Climb, EFFECTS, NAMED, Taken, taken_up};
-use super::screen::{Candidate, stands};
+use super::naming::{Climb, NAMED, RIVAL, Taken, taken_up};
+use super::screen::{Candidate, Scored, scored_at, stands};
 use super::together::together;
 
+/// Log evidence, nats, that a form with more numbers has to be worth over the one that it extends.
+const CLOSER: f64 = 6.0;
 /// By how much another law has to do better beside all other effects to take one's place, nats.
 const CLEARLY: f64 = 1.0;
 
@@ -51,7 +53,7 @@ impl Climb<'_> {
             self.taken[k].gain = self.full.log_evidence - self.smaller(k).log_evidence;
         }
         self.taken.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        while self.taken.len() < EFFECTS && self.step() {}
+        self.climb();
     }
 
     /// Whether a law is what the form of another effect leaves. Where with it nothing is left any more, it is less likely so: what a
@@ -122,6 +124,47 @@ impl Climb<'_> {
         }
     }
 
+    /// Tries the closer forms of the effects from the first of these on: what they have more, they have from where the form that was
+    /// taken up lies.
+    pub(super) fn look_closer(&mut self, first: usize) {
+        let family = self.family;
+        for k in first..self.taken.len() {
+            let own = &family.laws()[self.taken[k].law];
+            let extends = |l: &usize| {
+                let other = &family.laws()[*l];
+                other.cause == own.cause && other.place == own.place && other.extends.contains(&own.form)
+            };
+            let closer: Vec<usize> = self.closer.iter().copied().filter(extends).collect();
+            if closer.is_empty() {
+                continue;
+            }
+            let base = self.smaller(k);
+            let shape: Vec<f64> = values(family, &self.full, self.taken[k].law)
+                .iter()
+                .skip(own.amplitudes)
+                .map(|v| v.0)
+                .collect();
+            let scored: Vec<Scored> = closer
+                .iter()
+                .map(|l| scored_at(family, &base, (*l, &from(&shape, &family.laws()[*l])), false))
+                .collect();
+            let before = leave_one_out(family, &self.full);
+            let worth = self.full.log_evidence - base.log_evidence + CLOSER;
+            let foretells = |fit: &Fit| paired(&leave_one_out(family, fit), &before).0 > 0.0;
+            let found = self
+                .found(&base, &scored)
+                .into_iter()
+                .find(|c| c.gain > worth && foretells(&c.fit));
+            if let Some(better) = found {
+                let mut taken = taken_up(better.law, better.gain, &[]);
+                taken.rivals = std::mem::take(&mut self.taken[k].rivals);
+                taken.rivals.retain(|r| r.gain > better.gain - RIVAL);
+                self.taken[k] = taken;
+                self.full = better.fit;
+            }
+        }
+    }
+
     /// Beside the others an effect may turn out to be what the form of a larger one leaves.
     pub(super) fn drop_the_misshapen(&mut self) {
         while let Some(k) = (0..self.taken.len()).find(|k| {
@@ -133,6 +176,15 @@ impl Climb<'_> {
             self.taken.remove(k);
         }
     }
+}
+
+/// Where the fit of a closer form starts: at the shape of the one that it extends, with each of its own starts of what it has more.
+fn from(shape: &[f64], closer: &Law) -> Vec<Vec<f64>> {
+    let more = |start: &Vec<f64>| {
+        let shared = closer.parameters.len() - closer.amplitudes - start.len();
+        shape.iter().take(shared).chain(start).copied().collect()
+    };
+    closer.grid.iter().map(more).collect()
 }
 
 /// The parameters of a fit without those of one law.

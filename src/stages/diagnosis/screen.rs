@@ -80,35 +80,35 @@ pub fn screen(family: &dyn Family, base: &Fit, laws: impl Iterator<Item = usize>
     let laws: Vec<usize> = laws.collect();
     let mut numbers = family.base().iter().enumerate();
     let strained = numbers.any(|(k, p)| off(base, k, p) > STRAINED);
-    let mut scored: Vec<Scored> = laws
-        .into_par_iter()
-        .map(|law| {
-            let mut points: Vec<(f64, Vec<f64>)> = family.laws()[law]
-                .grid
-                .iter()
-                .filter_map(|shape| score(family, base, law, shape))
-                .collect();
-            points.sort_by(|a, b| b.0.total_cmp(&a.0));
-            // Without an amplitude the base is not told to make room, and one that feigns the law cannot: it may also have to
-            // start afresh.
-            let anew = family.laws()[law].amplitudes == 0 || strained;
-            if let Some(afresh) = points.first().filter(|_| anew).map(|p| (p.0, fresh(family, law, &p.1))) {
-                points.insert(1, afresh);
-            }
-            let best = points.first().map_or(0.0, |p| p.0);
-            Scored {
-                law,
-                score: best,
-                starts: points
-                    .into_iter()
-                    .take(if strained { 3 } else { 2 })
-                    .map(|p| p.1)
-                    .collect(),
-            }
-        })
+    let grid = |law: usize| &family.laws()[law].grid;
+    let each = laws.into_par_iter();
+    let mut scored: Vec<Scored> = each
+        .map(|law| scored_at(family, base, (law, grid(law)), strained))
         .collect();
     scored.sort_by(|a, b| b.score.total_cmp(&a.score));
     scored
+}
+
+/// Score test of one law at every point of a grid.
+pub fn scored_at(family: &dyn Family, base: &Fit, (law, grid): (usize, &[Vec<f64>]), strained: bool) -> Scored {
+    let each = grid.iter().filter_map(|shape| score(family, base, law, shape));
+    let mut points: Vec<(f64, Vec<f64>)> = each.collect();
+    points.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // Without an amplitude the base is not told to make room, and one that feigns the law cannot: it may also have to
+    // start afresh.
+    let anew = family.laws()[law].amplitudes == 0 || strained;
+    if let Some(afresh) = points.first().filter(|_| anew).map(|p| (p.0, fresh(family, law, &p.1))) {
+        points.insert(1, afresh);
+    }
+    Scored {
+        law,
+        score: points.first().map_or(0.0, |p| p.0),
+        starts: points
+            .into_iter()
+            .take(if strained { 3 } else { 2 })
+            .map(|p| p.1)
+            .collect(),
+    }
 }
 
 /// The start with the family's own base as it may be before any data.

@@ -8,6 +8,7 @@ use super::laid::Laid;
 use super::marginal::weights;
 use super::naming::Ladder;
 use super::profile::profiled;
+use super::trace::{Curve, Trace};
 use crate::math::quantile;
 use crate::twin::{Budget, Finding, Profile, ProfileBin, ProfileSample};
 
@@ -133,14 +134,79 @@ fn bins(each: &[Vec<Row>]) -> Vec<ProfileBin> {
 
 fn samples(rows: &[Row]) -> Vec<ProfileSample> {
     let first = rows.first().map_or(0.0, |r| r.time);
-    let step = rows.len().div_ceil(SAMPLES).max(1);
     let one = |r: &Row| ProfileSample {
         time: r.time - first,
         measured: r.measured,
         before: r.measured - r.left[0],
         after: r.measured - r.left[1],
     };
-    rows.iter().step_by(step).map(one).collect()
+    thinned(&rows.iter().map(one).collect::<Vec<_>>())
+}
+
+/// The profiles of what stands, and what the twin foretold without and with all of it for findings that no ladder told.
+pub fn pictured(mut profiles: Vec<Profile>, findings: &[Finding], traces: [&[Trace]; 2]) -> Vec<Profile> {
+    profiles.retain(|p| findings.iter().any(|f| f.cause == p.cause && f.place == p.place));
+    let bare = |f: &&Finding| profiles.iter().all(|p| p.cause != f.cause || p.place != f.place);
+    let others: Vec<Profile> = findings
+        .iter()
+        .filter(bare)
+        .filter_map(|f| foretold(f, traces))
+        .collect();
+    [profiles, others].concat()
+}
+
+/// The curve of what a finding's gain is of that changes most, of a held-out interaction where there is one.
+///
+/// It lies along nothing but time, so there is no profile of what is left.
+fn foretold(f: &Finding, [before, after]: [&[Trace]; 2]) -> Option<Profile> {
+    let all = before.iter().flat_map(|t| {
+        let with = after.iter().find(|a| a.interaction == t.interaction);
+        let pairs = with.into_iter().flat_map(move |a| t.curves.iter().zip(&a.curves));
+        pairs.map(move |(b, a)| (t, b, a))
+    });
+    let own = all.filter(|(_, b, a)| b.label == a.label && b.quantity.name() == f.gain.quantity);
+    let each: Vec<(&Trace, &Curve, Vec<ProfileSample>)> =
+        own.map(|(t, b, a)| (t, b, thinned(&samples_of(b, a)))).collect();
+    let gained = |s: &[ProfileSample]| {
+        let left = |s: &ProfileSample| (s.measured - s.before).powi(2) - (s.measured - s.after).powi(2);
+        s.iter().map(left).sum::<f64>()
+    };
+    let best = each.into_iter().filter(|(.., s)| gained(s) > 0.0).max_by(|x, y| {
+        let by_gain = gained(&x.2).total_cmp(&gained(&y.2));
+        x.0.held_out.cmp(&y.0.held_out).then(by_gain)
+    });
+    best.map(|(trace, curve, samples)| Profile {
+        cause: f.cause.clone(),
+        place: f.place.clone(),
+        quantity: curve.label.clone(),
+        unit: curve.quantity.unit().into(),
+        covariate: "time".into(),
+        covariate_unit: "s".into(),
+        bins: Vec::new(),
+        interaction: trace.interaction.clone(),
+        held_out: trace.held_out,
+        samples,
+    })
+}
+
+/// Readings of which both say something. What was read is that of the first: the second may be of a frame that was put right.
+fn samples_of(before: &Curve, after: &Curve) -> Vec<ProfileSample> {
+    let first = before.time.first().copied().unwrap_or(0.0);
+    let both = before.time.iter().zip(&before.measured).zip(&before.predicted);
+    let each = both.zip(after.measured.iter().zip(&after.predicted));
+    each.map(|(((time, measured), plain), (read, full))| ProfileSample {
+        time: time - first,
+        measured: *measured,
+        before: *plain,
+        after: measured - (read - full),
+    })
+    .filter(|s| (s.measured + s.before + s.after).is_finite())
+    .collect()
+}
+
+fn thinned(all: &[ProfileSample]) -> Vec<ProfileSample> {
+    let step = all.len().div_ceil(SAMPLES).max(1);
+    all.iter().step_by(step).copied().collect()
 }
 
 /// Of what the mean squared error of the plain model is made on held-out interactions, or on all where none was held out.

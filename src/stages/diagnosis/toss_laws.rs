@@ -156,6 +156,7 @@ fn law(cause: &'static str, place: &str, amplitudes: Vec<Parameter>, words: &'st
         amplitudes: amplitudes.len(),
         parameters: amplitudes,
         grid: vec![Vec::new()],
+        extends: &[],
         words,
     }
 }

@@ -31,12 +31,14 @@ use super::rolls::rolls;
 use super::sensor::{as_one, rounded_away, sensor_findings};
 use super::sensor_lag::lag_of;
 use super::shown::pictured;
+use super::sinking::without_what_sinks;
 use super::tares::tare_finding;
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
 use super::turns::Turns;
 use super::uneven::{spun, twisted};
 use super::verdict::concluded;
+use super::weights::{weights_differ, within_range};
 use super::white::whiteness;
 use super::{Config, Trace, asking};
 use crate::base::{Notices, Result};
@@ -136,7 +138,8 @@ pub fn diagnose(
         take_up(&mut findings, delay);
     }
     let stands = frame.filter(|_| righted.is_some());
-    findings.extend(stands.or_else(|| frame_finding(capture, model, &slid)));
+    let framed = stands.or_else(|| frame_finding(capture, model, &slid));
+    findings.extend(framed.filter(|_| !findings.iter().any(of_frame)));
     findings.extend(sensor_findings(capture, faults, &traces));
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
@@ -197,6 +200,11 @@ fn swings(finding: &Finding) -> bool {
     matches!(finding.cause.as_str(), "loose-mass" | "added-inertia")
 }
 
+/// Told by where fingers meet what is tracked, a frame need not be told by how it goes as well.
+fn of_frame(finding: &Finding) -> bool {
+    matches!(finding.cause.as_str(), "tracking-error" | "length-scale")
+}
+
 /// Share of the error below which one number of a joint that no law explains is not what is wrong with it.
 const HALF: f64 = 0.5;
 
@@ -213,6 +221,7 @@ fn keep_what_stands(findings: &mut Vec<Finding>, config: &Config) {
     if findings.iter().any(|f| f.cause == "force-saturation") {
         findings.retain(|f| f.cause != "presliding");
     }
+    within_range(findings);
     findings.retain(|f| config.allows(&f.cause));
     as_one(findings);
 }
@@ -284,8 +293,10 @@ fn name_causes(
         .any(|f| loads.nameless.contains(&f.place) && f.gain.reduction < HALF);
     findings.extend(told);
     without_what_follows(findings);
+    without_what_sinks(findings);
     told_aloft(capture, segmented, findings);
     loads.left_beside(pushes.as_ref().and_then(|p| one_way(p, (capture, model), findings)));
+    loads.left_beside(weights_differ(capture, segmented));
     if let Some(lag) = lag {
         findings.push(lag.finding());
     } else {

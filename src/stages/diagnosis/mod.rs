@@ -60,6 +60,7 @@ mod onset;
 mod play;
 mod predict;
 mod press_catalogue;
+mod press_closer;
 mod press_laws;
 mod press_reads;
 mod press_spots;
@@ -107,9 +108,11 @@ mod tosses;
 #[cfg(test)]
 mod toy;
 mod trace;
+mod turn_laws;
 mod turns;
 mod uneven;
 mod verdict;
+mod weights;
 mod white;
 
 pub use config::Config;

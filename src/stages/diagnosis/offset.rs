@@ -16,8 +16,9 @@ use crate::twin::{Evidence, Finding, Gain, Link, Model};
 
 /// Misfit of the centroid, chi squared of the axes that were measured, from which on it counts: p below 3e-7.
 const CLEAR: f64 = 30.0;
-/// What a reconstructed shape may miss of its centroid: m, and a share of its extent.
+/// What a reconstructed shape may miss of its centroid, and one that was given: m, and a share of its extent.
 const SHAPE: (f64, f64) = (8e-4, 0.004);
+const GIVEN: (f64, f64) = (2e-4, 0.001);
 /// An axis with more doubt than this was not measured, m.
 const VAGUE: f64 = 4e-3;
 
@@ -28,7 +29,9 @@ pub fn centre_findings(capture: &Capture, segmented: &[Segmented], model: &Model
     let mut findings = Vec::new();
     let names: Vec<String> = model.twin.links().map(|(_, l)| l.name.clone()).collect();
     for name in names {
-        let Some(offset) = model.twin.link(&name).and_then(|l| Offset::of(l, model)) else {
+        let known = capture.bodies.iter().any(|b| b.name == name && b.mesh.is_some());
+        let shape = if known { GIVEN } else { SHAPE };
+        let Some(offset) = model.twin.link(&name).and_then(|l| Offset::of(l, model, shape)) else {
             continue;
         };
         let mut without = model.clone();
@@ -65,7 +68,7 @@ struct Offset {
 }
 
 impl Offset {
-    fn of(link: &Link, model: &Model) -> Option<Self> {
+    fn of(link: &Link, model: &Model, shape: (f64, f64)) -> Option<Self> {
         let com = link
             .com
             .as_ref()
@@ -75,7 +78,7 @@ impl Offset {
         let (low, high) = mesh.bounds()?;
         let away = Point3::from(com.value) - centroid;
         let read = Vector3::from(com.sd?);
-        let sd = read.map(|s| s.hypot(SHAPE.0 + SHAPE.1 * (high - low).max()));
+        let sd = read.map(|s| s.hypot(shape.0 + shape.1 * (high - low).max()));
         let chi_squared = (0..3)
             .filter(|k| read[*k] < VAGUE)
             .map(|k| (away[k] / sd[k]).powi(2))

@@ -1,10 +1,11 @@
 //! The laws that presses can show, with the priors of their parameters and where a fit of them may start.
 
 use super::family::{Law, Parameter, Scatter};
+use super::press_closer::closer_laws;
 use super::press_laws::form;
 use super::presses::Presses;
 
-fn law(
+pub(super) fn law(
     cause: &'static str,
     form: usize,
     amplitudes: Vec<Parameter>,
@@ -14,7 +15,7 @@ fn law(
 ) -> Law {
     let count = amplitudes.len();
     let parameters = amplitudes.into_iter().chain(shapes).collect();
-    let sensor = (form::BIAS..=form::LAG).contains(&form) || form == form::LAG_OF_TWO;
+    let sensor = (form::BIAS..=form::LAG).contains(&form) || matches!(form, form::LAG_OF_TWO | form::SATURATION_ROUND);
     let place = if sensor { "sensor" } else { "body" }.into();
     Law {
         cause,
@@ -233,47 +234,6 @@ fn guide_laws() -> Vec<Law> {
     ]
 }
 
-/// Forms with more numbers, which are tried where the one that they extend was taken up.
-fn closer_laws() -> Vec<Law> {
-    vec![
-        Law {
-            extends: &[form::RELAXATION],
-            ..law(
-                "stress-relaxation",
-                form::RELAXATION_OF_TWO,
-                vec![Parameter::positive("s", "1", 0.2)],
-                vec![
-                    Parameter::scale("tau", "s", 0.5, 0.8),
-                    Parameter::scale("s_ratio", "1", 1.0, 0.8),
-                    Parameter::scale("tau_ratio", "1", 8.0, 0.5),
-                ],
-                [[0.5f64, 6.0], [1.0, 12.0]].map(|r| r.map(f64::ln).to_vec()).to_vec(),
-                "the force sinks while the tool stands still",
-            )
-        },
-        Law {
-            extends: &[form::HYSTERESIS, form::STOPS],
-            ..law(
-                "elastic-hysteresis",
-                form::STOPS_UNLIKE,
-                vec![Parameter::positive("A", "N", 0.5)],
-                vec![
-                    Parameter::scale("d", "m", 1e-3, 0.6),
-                    Parameter::scale("apart", "1", 1.0, 0.5),
-                    Parameter {
-                        unit: "1",
-                        ..Parameter::place("shares", 0.0, 0.5)
-                    },
-                ],
-                [[1.0f64.ln(), 0.5], [0.6f64.ln(), 0.5], [1.5f64.ln(), 0.0]]
-                    .map(Vec::from)
-                    .to_vec(),
-                "going in costs more than coming out gives back, at any speed",
-            )
-        },
-    ]
-}
-
 fn history_laws(deepest: f64) -> Vec<Law> {
     let looped = |form| {
         law(
@@ -376,6 +336,24 @@ fn sensor_laws(presses: &Presses) -> Vec<Law> {
                 ..Parameter::scale("Fs", "N", largest, 0.3)
             }],
             vec![vec![(0.985 * largest).ln()]],
+            "the sensor cuts off large forces",
+        ),
+        law(
+            "force-saturation",
+            form::SATURATION_ROUND,
+            Vec::new(),
+            vec![
+                Parameter {
+                    low: (0.97 * largest).ln(),
+                    ..Parameter::scale("Fs", "N", 1.03 * largest, 0.15)
+                },
+                // What bends sooner is a spring that softens.
+                Parameter {
+                    low: 6f64.ln(),
+                    ..Parameter::scale("hardness", "1", 12.0, 0.4)
+                },
+            ],
+            vec![vec![(1.03 * largest).ln(), 12f64.ln()]],
             "the sensor cuts off large forces",
         ),
         plain(

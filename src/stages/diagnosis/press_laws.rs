@@ -36,6 +36,8 @@ pub(super) mod form {
     pub const DAMPING_POWER: usize = 27;
     pub const RELAXATION_OF_TWO: usize = 28;
     pub const STOPS_UNLIKE: usize = 29;
+    pub const SATURATION_ROUND: usize = 30;
+    pub const ADHESION_STRUNG: usize = 31;
 }
 
 /// Rate at which a power of it is told as a linear damper, m/s.
@@ -212,7 +214,7 @@ impl Memory {
         for a in active {
             force += self.material(a, m, depth, inside, moved);
         }
-        let clings = |a: &Active| matches!(a.law.form, form::ADHESION | form::BOND);
+        let clings = |a: &Active| matches!(a.law.form, form::ADHESION | form::ADHESION_STRUNG | form::BOND);
         if inside > 0.0 || !active.iter().any(clings) {
             force = force.max(0.0);
         }
@@ -282,6 +284,11 @@ impl Memory {
                 let beyond = (-depth - v[0].max(0.0) / k).max(0.0);
                 -(k * (-depth - beyond)) * (-beyond / v[1].exp()).exp()
             }
+            // It strings: drawn out it pulls the more at first, and lets go by and by.
+            form::ADHESION_STRUNG if m.rate < 0.0 && depth < 0.0 && self.deepest[0] > 0.0 => {
+                let gap = -depth / v[1].exp();
+                -v[0] * gap * (1.0 - gap).exp()
+            }
             form::ADHESION if m.rate < 0.0 && self.deepest[0] > 0.0 => -v[0] * (-depth.abs() / v[1].exp()).exp(),
             _ => 0.0,
         }
@@ -300,6 +307,10 @@ impl Memory {
             form::BIAS => force + v[0],
             form::SENSOR_DRIFT => force + v[0] * m.time,
             form::SATURATION => force.min(v[0].exp()),
+            form::SATURATION_ROUND => {
+                let over = (force / v[0].exp()).abs().powf(v[1].exp());
+                force / (1.0 + over).powf((-v[1]).exp())
+            }
             form::LAG | form::LAG_OF_TWO => {
                 let poles = poles(a.law.form);
                 let mut read = force;

@@ -38,6 +38,22 @@ struct Sunk {
     rows: Vec<[f64; 2]>,
 }
 
+/// Curves of springs that what a support gives unevenly may make, and the log evidence, nats, from which on they are the springs'.
+const CURVES: [&str; 3] = ["power-law-stiffness", "hardening-stiffness", "second-stage"];
+const OWN: f64 = 30.0;
+
+/// Where the support gives, a spring that is a little bent is what is left of how the support does.
+pub fn without_what_sinks(findings: &mut Vec<Finding>) {
+    if findings.iter().all(|f| f.cause != "support-compliance") {
+        return;
+    }
+    let slight = |f: &Finding| {
+        let mut tests = f.evidence.iter().filter(|e| e.test.starts_with("log evidence"));
+        tests.any(|e| e.statistic < OWN)
+    };
+    findings.retain(|f| !CURVES.contains(&f.cause.as_str()) || !slight(f));
+}
+
 /// Supports that give, by the bodies that were pressed on them.
 pub fn sinking_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
     let up = support_normal(capture, model).into_inner();

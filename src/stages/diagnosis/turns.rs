@@ -10,20 +10,14 @@ use std::f64::consts::PI;
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
 use super::Quantity;
-use super::family::{Active, Channel, ChannelKind, Family, Group, Law, Parameter, Scatter, Sheet};
+use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
-use super::push_catalogue::law;
+use super::turn_laws::{self, form, scatter, turn_laws};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::geometry::mass_properties;
 use crate::physics::pressed_underside;
 use crate::stages::estimation::{Company, Turned, company, support_normal, tumbles, turned};
 use crate::twin::{Link, Model};
-
-mod form {
-    pub const OFFSET_ROOM: usize = 0;
-    pub const OFFSET_TOOL: usize = 1;
-    pub const MIDDLE: usize = 2;
-}
 
 /// Fewest pushes from which a cause is named.
 const FEWEST: usize = 4;
@@ -38,6 +32,8 @@ const INERTIAL: f64 = 0.3;
 const TURNS: f64 = 0.3;
 /// Least offset and least share that are more than meshes and footprints may be off by, m.
 const NEGLIGIBLE: (f64, f64) = (7e-4, 0.12);
+/// Least scale and turn of the tracking, rad, that are more than a shape and a finger may be off by.
+const FRAME: f64 = 0.008;
 /// A centre this near the centroid is in it: m, and standard deviations.
 const CENTRED: (f64, f64) = (1e-3, 2.5);
 
@@ -112,7 +108,7 @@ impl Turns {
         out.sheet.base.push(Parameter::amplitude("inside", "m", 1e-3));
         out.sheet.base.push(Parameter::amplitude("delay", "s", 5e-3));
         out.sheet.scatter = scatter();
-        out.sheet.laws = out.laws();
+        out.sheet.laws = turn_laws(out.tool_turns());
         Some(out)
     }
 
@@ -122,59 +118,6 @@ impl Turns {
         let apart = |a: &f64| (a - headings[0] + PI).rem_euclid(2.0 * PI) - PI;
         headings.iter().any(|a| apart(a).abs() > TURNS)
     }
-
-    fn laws(&self) -> Vec<Law> {
-        let offset = |form, words| {
-            let own = ["dx", "dy"].map(|name| Parameter::amplitude(name, "m", 2e-3));
-            law(
-                "contact-point-offset",
-                "sensor",
-                form,
-                own.to_vec(),
-                Vec::new(),
-                vec![Vec::new()],
-                words,
-            )
-        };
-        let mut laws = vec![offset(
-            form::OFFSET_ROOM,
-            "the finger touches beside where its path says, by the same step in the room",
-        )];
-        if self.tool_turns() {
-            laws.push(offset(
-                form::OFFSET_TOOL,
-                "the finger touches beside where its path says, by the same step in its own frame",
-            ));
-        }
-        laws.push(law(
-            "uneven-support-pressure",
-            "body",
-            form::MIDDLE,
-            vec![Parameter {
-                high: 0.95,
-                ..Parameter::positive("e", "1", 0.3)
-            }],
-            Vec::new(),
-            vec![Vec::new()],
-            "the body resists turning less than its footprint would: it stands on its middle",
-        ));
-        laws
-    }
-}
-
-/// What is new in every push: where exactly the finger touches, along and across, and how much the ground resists turning.
-fn scatter() -> Vec<Scatter> {
-    let one = |(tau, counts, floor): (f64, f64, f64)| Scatter {
-        tau,
-        counts,
-        floor,
-        nuisance: true,
-        step: 1e-5,
-    };
-    [(2e-4, 6.0, 5e-5), (2e-4, 6.0, 5e-5), (0.05, 6.0, 0.02)]
-        .into_iter()
-        .map(one)
-        .collect()
 }
 
 fn rows_of(
@@ -327,8 +270,10 @@ impl Family for Turns {
             let t = &row.turned;
             let way = t.force / t.force.norm().max(1e-9);
             let shift = row.across[0] * own[0] + row.across[1] * own[1];
-            let mut offset = Vector2::zeros();
+            let (mut offset, mut frame) = (Vector2::zeros(), [0.0; 2]);
             for a in active {
+                let framed = turn_laws::framed(a, t, &(row.centre + row.ahead + shift));
+                frame = [frame[0] + framed[0], frame[1] + framed[1]];
                 let step = |v: &[f64]| Vector2::new(v[0], v[1]);
                 offset += match a.law.form {
                     form::OFFSET_ROOM => step(a.values),
@@ -337,9 +282,9 @@ impl Family for Turns {
                 };
             }
             let at = row.centre + row.ahead + shift + offset;
-            out.push(at.perp(&way) + share * row.resisted(&shift) + scatter[0]);
+            out.push(at.perp(&way) + share * row.resisted(&shift) + frame[0] + scatter[0]);
             let closing = -t.velocity.dot(&t.outward);
-            faces.push(inside + delay * closing - offset.dot(&t.outward) + scatter[1]);
+            faces.push(inside + delay * closing - offset.dot(&t.outward) + frame[1] + scatter[1]);
         }
         out.extend(faces);
         out
@@ -372,10 +317,10 @@ impl Family for Turns {
     }
 
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
-        let least = if self.sheet.laws[law].form == form::MIDDLE {
-            NEGLIGIBLE.1
-        } else {
-            NEGLIGIBLE.0
+        let least = match self.sheet.laws[law].form {
+            form::MIDDLE => NEGLIGIBLE.1,
+            form::FRAME | form::SCALE => FRAME,
+            _ => NEGLIGIBLE.0,
         };
         let size = values.iter().map(|v| v * v).sum::<f64>().sqrt();
         size < least

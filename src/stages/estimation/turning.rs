@@ -42,6 +42,10 @@ pub struct Turned {
     pub outward: Vector2<f64>,
     /// Heading of the tool, rad.
     pub tool: f64,
+    /// Where the tracked origin lies, about the origin of the room, m.
+    pub origin: Vector2<f64>,
+    /// Where the finger touches, about the same, m.
+    pub contact: Vector2<f64>,
 }
 
 /// How far the finger may seem from the face, m.
@@ -141,6 +145,8 @@ impl Touch<'_> {
             inside,
             outward: near.outward,
             tool: heading,
+            origin: self.frame.flat(&body.translation.vector),
+            contact: finger - near.outward * self.radius,
         })
     }
 }

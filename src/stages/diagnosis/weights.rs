@@ -1,0 +1,96 @@
+//! What lifts read of weights beside everything else: that a thing does not weigh the same each time, and that a sensor which cuts
+//! off reads heavy things too light.
+
+use std::collections::BTreeMap;
+
+use crate::capture::{Capture, Kind, Segmented};
+use crate::stages::estimation::hung;
+use crate::twin::{Evidence, Finding};
+
+/// Fewest lifts, the least change as a share of the weight, standard deviations of it, and what a lift misses of a weight anyway.
+const FEWEST: usize = 3;
+const LEAST: f64 = 0.03;
+const CLEAR: f64 = 8.0;
+const MISSES: f64 = 0.003;
+/// Weight over what the sensor cuts off at from which on that is what was read of it.
+const NEAR: f64 = 0.8;
+
+/// That a thing weighs less and less, or more and more, from lift to lift: nothing of the catalogue does that.
+pub fn weights_differ(capture: &Capture, segmented: &[Segmented]) -> Option<Evidence> {
+    let up = (-capture.gravity).try_normalize(1e-9)?;
+    let mut by_thing: BTreeMap<&str, Vec<(&str, f64, f64)>> = BTreeMap::new();
+    for lift in capture.interactions.iter().filter(|i| i.kind == Kind::Lift) {
+        // What else came up with it may be another thing each time.
+        let alone = lift.tracks.len() == 1;
+        let cut = segmented.iter().find(|s| s.interaction == lift.name);
+        let read = cut.filter(|_| alone).and_then(|s| hung(lift, s, &capture.gravity));
+        if let (Some(target), Some(read)) = (lift.target.as_deref(), read) {
+            let weight = read.force.dot(&up);
+            by_thing
+                .entry(target)
+                .or_default()
+                .push((&lift.name, weight, read.sd.hypot(MISSES * weight)));
+        }
+    }
+    by_thing.iter().find_map(|(thing, lifts)| one_way_only(thing, lifts))
+}
+
+/// Lifts in the order in which they were made: their names, what they weighed, N, and how well.
+fn one_way_only(thing: &str, lifts: &[(&str, f64, f64)]) -> Option<Evidence> {
+    if lifts.len() < FEWEST {
+        return None;
+    }
+    let (first, last) = (lifts[0], lifts[lifts.len() - 1]);
+    let change = last.1 - first.1;
+    let sd = first.2.hypot(last.2);
+    let onward = lifts
+        .windows(2)
+        .all(|w| (w[1].1 - w[0].1) * change.signum() > -2.0 * w[0].2.hypot(w[1].2));
+    // Between its ends it goes some of the way: one lift that took hold of something else is no change.
+    let between = lifts[1..lifts.len() - 1].iter();
+    let passing = between.clone().any(|l| {
+        let share = (l.1 - first.1) / change;
+        (0.15..0.85).contains(&share)
+    });
+    let clear = change.abs() > CLEAR * sd && change.abs() > LEAST * first.1.abs();
+    (clear && onward && passing).then(|| Evidence {
+        residual: format!("weight in {}", lifts.iter().map(|l| l.0).collect::<Vec<_>>().join(", ")),
+        test: "change from the first lift to the last over its standard deviation".into(),
+        statistic: change / sd,
+        p_value: (-0.5 * (change / sd).powi(2)).exp(),
+        words: format!(
+            "{thing} weighs {:.2} N in the first lift and {:.2} N in the last: it loses or takes up matter, of which the catalogue knows nothing",
+            first.1, last.1
+        ),
+    })
+}
+
+/// Weights near what a sensor cuts off at say nothing of its gain.
+pub fn within_range(findings: &mut Vec<Finding>) {
+    let cut = findings.iter().filter(|f| f.cause == "force-saturation");
+    let Some(limit) = cut
+        .filter_map(|f| f.parameters.get("Fs"))
+        .map(|e| e.value)
+        .reduce(f64::min)
+    else {
+        return;
+    };
+    findings.retain(|f| {
+        let off = f.parameters.get("g").map_or(0.0, |g| g.value.abs());
+        f.cause != "force-gain" || off <= 0.0 || f.gain.rmse_before / off < NEAR * limit
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thing_that_leaks_is_told_and_one_odd_lift_is_none() {
+        let of = |weights: [f64; 4]| weights.map(|w| ("lift", w, 0.01)).to_vec();
+        assert!(one_way_only("can", &of([5.5, 5.2, 4.95, 4.9])).is_some());
+        assert!(one_way_only("can", &of([5.5, 5.5, 5.5, 4.9])).is_none());
+        assert!(one_way_only("can", &of([5.5, 4.9, 5.2, 4.9])).is_none());
+        assert!(one_way_only("can", &of([5.5, 5.49, 5.5, 5.51])).is_none());
+    }
+}

@@ -100,6 +100,8 @@ mod slide_touches;
 mod slope;
 mod structure;
 mod tares;
+#[cfg(test)]
+mod tests_of_forms;
 mod together;
 mod told;
 mod toss_curves;

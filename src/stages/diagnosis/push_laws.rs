@@ -96,7 +96,7 @@ fn twice([c, s]: [f64; 2], state: &State, form: usize) -> f64 {
 
 /// The square of how far a place is out, over the size of an ellipse of mean radius `r` that is `exp(stretch)` times as long as wide
 /// and lies at an angle.
-fn oval(away: Vector2<f64>, r: f64, [stretch, angle]: [f64; 2]) -> f64 {
+pub(super) fn oval(away: Vector2<f64>, r: f64, [stretch, angle]: [f64; 2]) -> f64 {
     let own = Rotation2::new(-angle) * away / r;
     own.x.powi(2) * (-stretch).exp() + own.y.powi(2) * stretch.exp()
 }

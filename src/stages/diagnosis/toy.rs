@@ -54,6 +54,7 @@ impl Toy {
             parameters: vec![Parameter::amplitude("a", "N", 1.0)],
             amplitudes: 1,
             grid: vec![Vec::new()],
+            extends: &[],
             words: "a wave",
         };
         let sheet = Sheet {

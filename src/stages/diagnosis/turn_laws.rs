@@ -106,3 +106,51 @@ pub fn scatter() -> Vec<Scatter> {
         .map(one)
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2x3, Rotation2};
+
+    use super::*;
+
+    /// A body at `x` is touched at `p`, whose face looks along `outward`; its track says `(1 + s) R(a) x`, turned by `a`.
+    #[test]
+    fn a_frame_moves_arms_and_faces_as_geometry_has_it() {
+        let (s, a) = (1e-3, 1.5e-3);
+        let (x, p) = (Vector2::new(0.12, -0.05), Vector2::new(0.09, -0.03));
+        let (outward, force) = (Vector2::new(-0.6, 0.8), Vector2::new(0.8, -0.3));
+        let (turn, way) = (Rotation2::new(a), force.normalize());
+        // What friction resists with acts at `at` of the true body.
+        let at = (p - x) + 0.7 * force;
+        let tracked = turn * x * (1.0 + s);
+        let seen = Turned {
+            time: 0.0,
+            force,
+            moment: (p - tracked).perp(&force),
+            lift: 0.0,
+            height: 0.01,
+            velocity: Vector2::zeros(),
+            velocity_sd: 1e-4,
+            acceleration: Vector2::zeros(),
+            spin: 0.0,
+            axes: Matrix2x3::zeros(),
+            inside: (turn * (p - x) - (p - tracked)).dot(&(turn * outward)),
+            outward: turn * outward,
+            tool: 0.0,
+            origin: tracked,
+            contact: p,
+        };
+        let law = turn_laws(false)
+            .into_iter()
+            .find(|l| l.form == form::FRAME)
+            .expect("a law");
+        let active = Active {
+            law: &law,
+            values: &[s, a],
+        };
+        let [arm, face] = framed(&active, &seen, &(turn * at));
+        let plain = (turn * at).perp(&way);
+        assert!((plain + arm - seen.moment / force.norm()).abs() < 1e-6);
+        assert!((face - seen.inside).abs() < 1e-6);
+    }
+}

@@ -175,14 +175,8 @@ fn judged(
         return None;
     }
     // What is read late beside another effect of a joint is mostly what smoothed motions leave of that at their starts.
-    if READ_LATE.contains(&law.cause) && takes_away(family, &gain, taken.law) < MOST_OF_IT {
-        let judged = !gain.held_out.is_empty();
-        let surely = taken.gain >= SURELY_LATE;
-        // A press's corners are few: only held-out ones, which it goes without here, could bear a slight one out.
-        let unborne = !first && !surely && !judged && !family.passes_all_places();
-        if unborne || judged && family.passes_all_places() && !(first && surely) {
-            return None;
-        }
+    if READ_LATE.contains(&law.cause) && says_little_of_lateness(family, &gain, taken, first) {
+        return None;
     }
     // Where none was held out, what leaves the error of those that were fitted as it is explains nothing; at a place of the table what
     // makes it worse is what the form of something else leaves there.
@@ -193,6 +187,22 @@ fn judged(
     let vetoed =
         !gain.held_out.is_empty() && (idle || faint || hollow || ruins || (worse || misplaced) && !foretells());
     (!vetoed).then_some(gain)
+}
+
+/// Whether a law by which force and motion are read at two times takes too little away to be one.
+fn says_little_of_lateness(family: &dyn Family, gain: &Gain, taken: &Taken, first: bool) -> bool {
+    let surely = taken.gain >= SURELY_LATE;
+    let sigma = family.kinds().get(family.about(taken.law)).map_or(0.0, |k| k.sigma);
+    // Where nothing is above the noise there is nothing to take away.
+    let idle = !surely && gain.rmse_before < sigma;
+    if !idle && takes_away(family, gain, taken.law) >= MOST_OF_IT {
+        return false;
+    }
+    let judged = !gain.held_out.is_empty();
+    let joint = family.passes_all_places();
+    // A press's corners are few: only held-out ones, which it goes without here, could bear a slight one out.
+    let unborne = !first && !surely && !judged && !joint;
+    unborne || judged && joint && !(first && surely)
 }
 
 /// Share of the squares of the error above the noise at rest that goes with a law.

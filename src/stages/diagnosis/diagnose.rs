@@ -138,19 +138,16 @@ pub fn diagnose(
         take_up(&mut findings, delay);
     }
     let stands = frame.filter(|_| righted.is_some());
-    let framed = stands.or_else(|| frame_finding(capture, model, &slid));
-    findings.extend(framed.filter(|_| !findings.iter().any(of_frame)));
+    take_up_frame(&mut findings, stands, || frame_finding(capture, model, &slid));
     findings.extend(sensor_findings(capture, faults, &traces));
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);
-    let without = match findings.as_slice() {
-        [] => traces.clone(),
-        _ => predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)),
-    };
-    let mut base = base_fit(&without, config);
+    let without = (!findings.is_empty()).then(|| predicted(raw, &plain, (&curves.plain, &curves.plain_tosses)));
+    let without = without.as_deref().unwrap_or(&traces);
+    let mut base = base_fit(without, config);
     base.tests = [whiteness(&traces), curves.tests].concat();
     let swings = swinging((raw, segmented, model), faults, (&mut findings, &mut base));
     let left = !swings.is_empty() || curves.left;
@@ -158,7 +155,7 @@ pub fn diagnose(
     let depends = [swings, curves.left_against].concat();
     let (missed, left) = where_left(verdict, (curves.missed, depends), &traces, config);
     let diagnosis = Diagnosis {
-        profiles: pictured(curves.profiles, &findings, [&without, &traces]),
+        profiles: pictured(curves.profiles, &findings, [without, &traces]),
         budgets: curves.budgets.into_iter().map(|b| b.doubted(&findings)).collect(),
         missed,
         left,
@@ -200,9 +197,16 @@ fn swings(finding: &Finding) -> bool {
     matches!(finding.cause.as_str(), "loose-mass" | "added-inertia")
 }
 
-/// Told by where fingers meet what is tracked, a frame need not be told by how it goes as well.
-fn of_frame(finding: &Finding) -> bool {
-    matches!(finding.cause.as_str(), "tracking-error" | "length-scale")
+/// One frame of the tracking is named: that which was put right before all else, or what fingers told by where they touch, or what
+/// is left of how things go.
+fn take_up_frame(findings: &mut Vec<Finding>, stands: Option<Finding>, left: impl FnOnce() -> Option<Finding>) {
+    let of_frame = |f: &Finding| matches!(f.cause.as_str(), "tracking-error" | "length-scale");
+    if stands.is_some() {
+        findings.retain(|f| !of_frame(f));
+        findings.extend(stands);
+    } else if !findings.iter().any(of_frame) {
+        findings.extend(left());
+    }
 }
 
 /// Share of the error below which one number of a joint that no law explains is not what is wrong with it.

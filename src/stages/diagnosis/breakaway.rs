@@ -25,6 +25,10 @@ const SCATTER: f64 = 0.1;
 const STRAYS: f64 = 2.0;
 /// Share of the starts that have to show half of what all show.
 const COMMON: f64 = 0.85;
+/// Speed that a stiff hand gives a part for a moment, over the speed that smoothing leaves of it, and share of what all starts show that
+/// the slowest third of them has to show beyond that: a clean door whose hand sets out at once swung to 1.45 times its speed.
+const SWINGS: f64 = 1.5;
+const BEYOND: f64 = 0.25;
 /// Causes that make a joint jump at one place or after a way.
 const OTHERS: [&str; 5] = ["joint-stiction", "latch", "detent", "backlash", "joint-loose-mass"];
 
@@ -142,6 +146,9 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Op
     let common = fitted.iter().filter(shows).count() as f64 > COMMON * fitted.len() as f64;
     let judged = if held.is_empty() { &fitted } else { &held };
     let [before, after] = [plain.error(judged), impulses.error(judged)];
+    // A swing that is over sooner than a speed is told takes more momentum than is read of it.
+    let beyond = median(&slowest(&fitted, |s| s.impulse.0 - SWINGS * impulses.inertia * s.speed))?;
+    let common = common && beyond > BEYOND * left;
     // Impulses that do not grow with speed tell nothing of what would be left of them without any.
     if impulses.inertia <= 0.0 || left < CLEAR * sd_left || excess < LEAST * friction || !common || after > before {
         return None;
@@ -171,6 +178,14 @@ fn finding((name, turns, friction): (&str, bool, f64), all: &[JointStart]) -> Op
         gain: gain("impulse", unit, [before, after], names(&held)),
     };
     Some(told.finding())
+}
+
+/// What the slowest third of starts shows.
+fn slowest(starts: &[&JointStart], of: impl Fn(&JointStart) -> f64) -> Vec<f64> {
+    let mut by_speed = starts.to_vec();
+    by_speed.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+    by_speed.truncate(starts.len().div_ceil(3));
+    by_speed.into_iter().map(of).collect()
 }
 
 #[cfg(test)]

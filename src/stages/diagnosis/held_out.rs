@@ -191,23 +191,26 @@ fn judged(
 
 /// Whether a law by which force and motion are read at two times takes too little away to be one.
 fn says_little_of_lateness(family: &dyn Family, gain: &Gain, taken: &Taken, first: bool) -> bool {
-    let surely = taken.gain >= SURELY_LATE;
     let sigma = family.kinds().get(family.about(taken.law)).map_or(0.0, |k| k.sigma);
+    little_of_lateness(sigma, gain, (taken.gain, first), family.passes_all_places())
+}
+
+/// The same of a law with this log evidence, whether it is the first one, and whether it is of a joint.
+fn little_of_lateness(sigma: f64, gain: &Gain, (worth, first): (f64, bool), joint: bool) -> bool {
+    let surely = worth >= SURELY_LATE;
     // Where nothing is above the noise there is nothing to take away.
     let idle = !surely && gain.rmse_before < sigma;
-    if !idle && takes_away(family, gain, taken.law) >= MOST_OF_IT {
+    if !idle && takes_away(sigma, gain) >= MOST_OF_IT {
         return false;
     }
     let judged = !gain.held_out.is_empty();
-    let joint = family.passes_all_places();
-    // A press's corners are few: only held-out ones, which it goes without here, could bear a slight one out.
-    let unborne = !first && !surely && !judged && !joint;
+    // Only held-out ones, which it goes without here, could bear a slight one out.
+    let unborne = !first && !surely && !judged;
     unborne || judged && joint && !(first && surely)
 }
 
 /// Share of the squares of the error above the noise at rest that goes with a law.
-fn takes_away(family: &dyn Family, gain: &Gain, law: usize) -> f64 {
-    let sigma = family.kinds().get(family.about(law)).map_or(0.0, |k| k.sigma);
+fn takes_away(sigma: f64, gain: &Gain) -> f64 {
     let above = |rmse: f64| (rmse * rmse - sigma * sigma).max(0.0);
     1.0 - above(gain.rmse_after) / above(gain.rmse_before).max(1e-30)
 }
@@ -339,6 +342,7 @@ mod tests {
     use super::super::Config;
     use super::super::naming::climb;
     use super::super::toy::Toy;
+    use super::*;
 
     /// An effect of the fitted interactions alone goes, and the model by which what is left is judged is the one without it.
     #[test]
@@ -363,5 +367,29 @@ mod tests {
         assert!(against.taken.is_empty(), "{:?}", against.full.laws);
         assert!(against.overruled.is_some_and(|e| e.statistic > 50.0));
         assert!(climbed(Toy::new(&[], 11)).overruled.is_none());
+    }
+
+    /// A joint's motions start late where they are smoothed: what little that leaves is no lag.
+    #[test]
+    fn a_lag_of_a_joint_takes_half_of_the_error_away_or_is_beyond_doubt() {
+        let of = |rmse_before: f64, rmse_after: f64| Gain {
+            rmse_before,
+            rmse_after,
+            held_out: vec!["pull-07".into()],
+            ..Gain::default()
+        };
+        let little = |rmse: [f64; 2], worth: f64| little_of_lateness(1.0, &of(rmse[0], rmse[1]), (worth, true), true);
+        assert!(little([2.0, 1.9], 20.0) && !little([2.0, 1.2], 20.0));
+        assert!(!little([2.0, 1.9], 60.0));
+        let unjudged = |worth: f64| {
+            let gain = Gain {
+                held_out: Vec::new(),
+                ..of(2.0, 1.9)
+            };
+            little_of_lateness(1.0, &gain, (worth, false), true)
+        };
+        assert!(unjudged(20.0) && !unjudged(60.0));
+        // Below the noise the shares say nothing.
+        assert!(little([0.9, 0.5], 20.0));
     }
 }

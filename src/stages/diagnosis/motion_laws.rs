@@ -39,6 +39,9 @@ pub(super) mod form {
     pub const LATE: usize = 26;
     pub const DAMPING_TURNING: usize = 27;
     pub const DAMPING_SLIDING: usize = 28;
+    pub const NOTCH_EDGED: usize = 29;
+    pub const LIMIT_HIGH_STIFFENING: usize = 30;
+    pub const LIMIT_LOW_STIFFENING: usize = 31;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -57,6 +60,8 @@ pub struct Moved {
     pub time: f64,
     /// rad or m.
     pub position: f64,
+    /// Standard deviation of one reading of it.
+    pub doubt: f64,
     /// rad/s or m/s.
     pub speed: f64,
     /// rad/s² or m/s².
@@ -100,6 +105,18 @@ impl Moved {
     }
 }
 
+/// What the effort of all laws may be off by for what is not known of the place, N·m or N: what stands in a stiff place is at rest there,
+/// wherever that is said to be.
+pub fn open_at_rest(m: &Moved, active: &[Active]) -> f64 {
+    let at = |position: f64| effort(&Moved { position, ..*m }, active);
+    0.5 * (at(m.position + m.doubt) - at(m.position - m.doubt)).abs()
+}
+
+/// Way into a stop, rad or m, by which it presses back as one would that does not become stiffer.
+fn stiffening(into: f64, doubles: f64) -> f64 {
+    into * (1.0 + 0.5 * into / doubles)
+}
+
 /// Makes a notch as deep as a detent of the same effort and width: `exp(-1/2)` over the largest of `s (1 - s²)²`.
 const PEAK: f64 = 0.606_530_66 / 0.286_216_7;
 
@@ -128,8 +145,17 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
                 let s = (q - x[1]) / (x[2].exp() * 5.0_f64.sqrt());
                 x[0] * PEAK * s * (1.0 - s * s).max(0.0).powi(2)
             }
+            // The sharper its edge the nearer to half a wave; without any it is the first of these.
+            form::NOTCH_EDGED => {
+                let edge = x[3].exp();
+                let peak = (2.0 * edge + 1.0).sqrt().recip();
+                let shape = |s: f64| s * (1.0 - s * s).max(0.0).powf(edge);
+                x[0] * (-0.5_f64).exp() * shape((q - x[1]) * peak / x[2].exp()) / shape(peak)
+            }
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
+            form::LIMIT_HIGH_STIFFENING => x[0] * stiffening((q - x[1]).max(0.0), x[2].exp()),
+            form::LIMIT_LOW_STIFFENING => -x[0] * stiffening((x[1] - q).max(0.0), x[2].exp()),
             form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
             // Its piston is pushed in, and not drawn out again.
             form::SOFT_CLOSE_ONE_WAY => x[0] * v.min(0.0) * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
@@ -353,8 +379,6 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             vec![Vec::new()],
             "the load goes as sine and cosine of the angle, as a weight's does",
         ));
-    }
-    if s.turns {
         let share = |name| Parameter::amplitude(name, "1", 0.15);
         laws.push(make.law(
             "lever-arm",

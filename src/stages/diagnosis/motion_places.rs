@@ -9,20 +9,14 @@ const WIDEST: f64 = 0.25;
 
 /// Laws that act at one place.
 pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
-    let [effort, _, _, per_place] = units(s.turns);
+    let effort = units(s.turns)[0];
     let [low, high] = s.range;
     let span = (high - low).max(1e-6);
     let unit = if s.turns { "rad" } else { "m" };
-    let within = |name, from: f64, to: f64| Parameter {
-        unit,
-        low: from,
-        high: to,
-        ..Parameter::place(name, 0.5 * (from + to), (0.4 * (to - from)).max(1e-6))
-    };
+    let within = |name, from: f64, to: f64| within(unit, name, [from, to]);
     let notches = [0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85]
         .iter()
         .flat_map(|x| [0.06f64, 0.13].map(|w| vec![low + x * span, (w * span).ln()]));
-    let stop = |name| Parameter::positive(name, per_place, 4.0 * s.load / span);
     // What is wider is at no one place.
     let width = Parameter {
         high: (WIDEST * span).ln(),
@@ -56,11 +50,69 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         )
     };
     let closed = [low - 0.05 * span, low + 0.08 * span];
-    let mut laws = vec![
-        detent(form::DETENT),
-        detent(form::NOTCH),
-        latch(form::DETENT, closed, low),
-        latch(form::NOTCH, closed, low),
+    let stops = stops(make, s);
+    let stiffening = stops.clone().map(|stop| closer_of(stop, stiffens(span, unit)));
+    let mut laws = [form::DETENT, form::NOTCH].map(&detent).to_vec();
+    laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, closed, low)));
+    laws.extend(stops);
+    laws.extend([form::SOFT_CLOSE, form::SOFT_CLOSE_ONE_WAY].map(|form| soft_close(make, s, form)));
+    // Closed may be where the joint stood when the capture began, though it is moved past that.
+    if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
+        let shut = [-0.05 * span, 0.05 * span];
+        laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, shut, 0.0)));
+        laws.push(closer_of(latch(form::NOTCH_EDGED, shut, 0.0), edge()));
+    }
+    let edged = [detent(form::NOTCH_EDGED), latch(form::NOTCH_EDGED, closed, low)];
+    laws.extend(edged.map(|law| closer_of(law, edge())));
+    laws.extend(stiffening);
+    laws
+}
+
+/// How sharply a notch ends: from nearly a half wave to one that fades out.
+fn edge() -> Parameter {
+    Parameter::scale("edge", "1", 2.0, 0.7)
+}
+
+/// Way into a stop on which it becomes twice as stiff as at first.
+fn stiffens(span: f64, unit: &'static str) -> Parameter {
+    Parameter::scale("doubles", unit, 0.1 * span, 0.8)
+}
+
+/// The closer form of a law with one number more.
+fn closer_of(law: Law, more: Parameter) -> Law {
+    let (form, extends): (usize, &'static [usize]) = match law.form {
+        form::LIMIT_HIGH => (form::LIMIT_HIGH_STIFFENING, &[form::LIMIT_HIGH]),
+        form::LIMIT_LOW => (form::LIMIT_LOW_STIFFENING, &[form::LIMIT_LOW]),
+        edged => (edged, &[form::DETENT, form::NOTCH]),
+    };
+    Law {
+        form,
+        extends,
+        grid: [-0.7, 0.7].map(|off| vec![more.centre + off * more.sd]).to_vec(),
+        parameters: [law.parameters, vec![more]].concat(),
+        ..law
+    }
+}
+
+/// A place that lies there for sure.
+fn within(unit: &'static str, name: &'static str, [from, to]: [f64; 2]) -> Parameter {
+    Parameter {
+        unit,
+        low: from,
+        high: to,
+        ..Parameter::place(name, 0.5 * (from + to), (0.4 * (to - from)).max(1e-6))
+    }
+}
+
+/// Ends that give, at the far end of the way and at the near one.
+fn stops(make: &Maker, s: &Scale) -> [Law; 2] {
+    let per_place = units(s.turns)[3];
+    let [low, high] = s.range;
+    let span = (high - low).max(1e-6);
+    let unit = if s.turns { "rad" } else { "m" };
+    let within = |name, from: f64, to: f64| within(unit, name, [from, to]);
+    let stop = |name| Parameter::positive(name, per_place, 4.0 * s.load / span);
+    [
         make.law(
             "limit-compliance",
             form::LIMIT_HIGH,
@@ -79,14 +131,7 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             [0.15, 0.25, 0.4].iter().map(|x| vec![low + x * span]).collect(),
             "before some place the joint runs into something that gives",
         ),
-    ];
-    laws.extend([form::SOFT_CLOSE, form::SOFT_CLOSE_ONE_WAY].map(|form| soft_close(make, s, form)));
-    // Closed may be where the joint stood when the capture began, though it is moved past that.
-    if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
-        let shut = [-0.05 * span, 0.05 * span];
-        laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, shut, 0.0)));
-    }
-    laws
+    ]
 }
 
 /// A closed end that resists in proportion to the speed, both ways or only on the way in.
@@ -108,4 +153,73 @@ fn soft_close(make: &Maker, s: &Scale, form: usize) -> Law {
         [0.25, 0.5].iter().map(|x: &f64| vec![(x * span).ln()]).collect(),
         "near its closed end the joint resists in proportion to its speed",
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::family::Active;
+    use super::super::motion_laws::{Moved, effort, open_at_rest};
+    use super::*;
+
+    fn law(form: usize) -> Law {
+        Maker { joint: "door" }.law("detent", form, (Vec::new(), Vec::new()), Vec::new(), "")
+    }
+
+    fn at(position: f64, form: usize, values: &[f64]) -> f64 {
+        let (moved, law) = (
+            Moved {
+                position,
+                ..Moved::default()
+            },
+            law(form),
+        );
+        effort(&moved, &[Active { law: &law, values }])
+    }
+
+    #[test]
+    fn the_edged_notch_is_the_others_at_their_edges_and_as_deep_at_any() {
+        let [a, qd, w] = [0.3, 0.1, 0.05];
+        let shape = [a, qd, f64::ln(w)];
+        for k in -30..30 {
+            let q = qd + 0.005 * f64::from(k);
+            let edged = |edge: f64| at(q, form::NOTCH_EDGED, &[a, qd, w.ln(), edge.ln()]);
+            assert!((edged(2.0) - at(q, form::NOTCH, &shape)).abs() < 1e-9);
+            assert!((edged(1e4) - at(q, form::DETENT, &shape)).abs() < 1e-4);
+        }
+        for edge in [0.5, 1.5, 8.0] {
+            let peak = at(qd + w, form::NOTCH_EDGED, &[a, qd, w.ln(), f64::ln(edge)]);
+            assert!((peak - a * (-0.5_f64).exp()).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_stop_that_stiffens_is_a_plain_one_at_first_and_twice_as_stiff_where_it_is_said() {
+        let stiff = |q: f64| {
+            let at = |q: f64| at(q, form::LIMIT_HIGH_STIFFENING, &[5.0, 0.4, f64::ln(0.1)]);
+            (at(q + 1e-6) - at(q - 1e-6)) / 2e-6
+        };
+        assert!((stiff(0.3999)).abs() < 1e-9 && (stiff(0.401) - 5.05).abs() < 1e-3);
+        assert!((stiff(0.5) - 10.0).abs() < 1e-3);
+        let low = |q: f64| at(q, form::LIMIT_LOW_STIFFENING, &[5.0, 0.4, f64::ln(0.1)]);
+        assert!((low(0.3) + 0.75).abs() < 1e-9 && low(0.5).abs() < 1e-12);
+    }
+
+    /// What stands in a stiff place is at rest there, wherever that is said to be.
+    #[test]
+    fn rest_in_a_stiff_place_is_judged_by_what_is_known_of_the_place() {
+        let (law, values) = (law(form::LIMIT_HIGH), [20.0, 0.0]);
+        let moved = |doubt: f64| Moved {
+            position: 0.1,
+            doubt,
+            ..Moved::default()
+        };
+        let open = |doubt: f64| {
+            let active = [Active {
+                law: &law,
+                values: &values,
+            }];
+            open_at_rest(&moved(doubt), &active)
+        };
+        assert!(open(0.0).abs() < 1e-12 && (open(2e-3) - 0.04).abs() < 1e-9);
+    }
 }

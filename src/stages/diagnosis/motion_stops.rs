@@ -159,21 +159,12 @@ mod tests {
 
     fn at(position: f64, still: bool) -> Moved {
         Moved {
-            time: 0.0,
             position,
-            speed: 0.0,
-            gain: 0.0,
             load: 1.0,
             lever: 1.0,
             way: nalgebra::Vector3::y(),
-            slip: 0.0,
-            back: 0.0,
-            turned_back: false,
-            began: None,
-            reached: 0.0,
             still,
-            unsure: false,
-            stop: Stop::None,
+            ..Moved::default()
         }
     }
 

@@ -167,6 +167,7 @@ impl Motions {
             out.push(Moved {
                 time: begin + t,
                 position: q,
+                doubt: 0.0,
                 speed: v,
                 gain: (speed(t + BIN) - speed(t - BIN)) / (2.0 * BIN),
                 load: 0.0,

@@ -16,7 +16,7 @@ use super::levels::{Level, Number};
 use super::motion_bars;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_history::{Turning, bonded, loose};
-use super::motion_laws::{Moved, TOLD, base_of, effort, form, held, motion_laws, set_in, sliding};
+use super::motion_laws::{Moved, TOLD, base_of, effort, form, held, motion_laws, open_at_rest, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
 use super::motion_sensor::{Free, lagging, late, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
@@ -234,6 +234,7 @@ impl Motions {
             moments.push(Moved {
                 time: l[i].time - self.zero,
                 position: l[i].position,
+                doubt: read.jitter,
                 speed: l[i].speed,
                 gain: gains[i],
                 load: l[i].load,
@@ -288,7 +289,8 @@ impl Family for Motions {
                     dry * held(&m, active) + bonded(&m, active)
                 };
                 // A hand that stopped may hold all that friction can, and noise is no more friction.
-                let bound = bound + if m.still { HELD * self.sheet.kinds[0].sigma } else { 0.0 };
+                let open = || HELD * self.sheet.kinds[0].sigma + open_at_rest(&m, active);
+                let bound = bound + if m.still { open() } else { 0.0 };
                 left.clamp(-bound, bound)
             } else {
                 (dry * sliding(&m, active) + bonded(&m, active)) * set_in(m.speed / base[3].exp())

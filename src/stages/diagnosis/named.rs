@@ -192,7 +192,7 @@ fn priors(law: &Law) -> BTreeMap<String, Prior> {
 }
 
 /// Odds among the causes that do about as well: the forms of a cause count together.
-fn odds(family: &dyn Family, taken: &Taken) -> Vec<CauseOdds> {
+pub(super) fn odds(family: &dyn Family, taken: &Taken) -> Vec<CauseOdds> {
     let mut sums: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     let all = std::iter::once((taken.law, taken.gain)).chain(taken.rivals.iter().map(|r| (r.law, r.gain)));
     for (law, gain) in all {

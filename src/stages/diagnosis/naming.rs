@@ -109,6 +109,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.take_up_together();
     climb.drop_the_needless();
     climb.revise();
+    climb.prefer_the_likeliest();
     climb.look_closer(0);
     climb.drop_the_misshapen();
     Some(standing(family, climb.finish()))

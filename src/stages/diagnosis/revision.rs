@@ -6,7 +6,7 @@ use super::evidence::{leave_one_out, paired};
 use super::family::{Family, Law};
 use super::fit::{Fit, fit};
 use super::leftover::left_over;
-use super::named::values;
+use super::named::{odds, values};
 use super::naming::{Climb, NAMED, RIVAL, Taken, taken_up};
 use super::screen::{Candidate, Scored, scored_at, stands};
 use super::together::together;
@@ -103,14 +103,7 @@ impl Climb<'_> {
         for k in (0..count).filter(|_| count > 1) {
             let base = self.smaller(k);
             let own = (self.taken[k].law, self.full.log_evidence - base.log_evidence);
-            let others: Vec<&Taken> = self
-                .taken
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| *i != k)
-                .map(|(_, t)| t)
-                .collect();
-            let scored = self.scored(&base, &others);
+            let scored = self.scored(&base, &self.others(k));
             let found = self.found(&base, &scored);
             let better = |c: &&Candidate| {
                 c.law != own.0 && c.stands() && self.rank(c.law, c.gain) > self.rank(own.0, own.1) + CLEARLY
@@ -165,6 +158,34 @@ impl Climb<'_> {
         }
     }
 
+    /// An effect that was taken up since less was asked of its law gives way to the law that is the likelier one beside it.
+    pub(super) fn prefer_the_likeliest(&mut self) {
+        for k in 0..self.taken.len() {
+            let own = &self.taken[k];
+            let likeliest = odds(self.family, own).into_iter().next();
+            let Some(cause) = likeliest.map(|o| o.cause).filter(|c| c != self.cause(own.law)) else {
+                continue;
+            };
+            let of_it = own.rivals.iter().filter(|r| self.cause(r.law) == cause);
+            let Some(best) = of_it.max_by(|a, b| a.gain.total_cmp(&b.gain)).map(|r| r.law) else {
+                continue;
+            };
+            let base = self.smaller(k);
+            let found = self.found(&base, &self.scored(&base, &self.others(k)));
+            let better = found
+                .iter()
+                .find(|c| c.law == best && c.stands() && c.gain > own.gain - CLEARLY);
+            if let Some(better) = better {
+                (self.taken[k], self.full) = (taken_up(best, better.gain, &found), better.fit.clone());
+            }
+        }
+    }
+
+    fn others(&self, k: usize) -> Vec<&Taken> {
+        let others = self.taken.iter().enumerate().filter(|(i, _)| *i != k);
+        others.map(|(_, t)| t).collect()
+    }
+
     /// Beside the others an effect may turn out to be what the form of a larger one leaves.
     pub(super) fn drop_the_misshapen(&mut self) {
         while let Some(k) = (0..self.taken.len()).find(|k| {
@@ -199,4 +220,28 @@ fn without(family: &dyn Family, fit: &Fit, law: usize) -> Vec<f64> {
         at += n;
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Config;
+    use super::super::naming::climb;
+    use super::super::toy::Toy;
+
+    #[test]
+    fn a_closer_form_is_taken_where_it_is_worth_its_number_and_what_it_extends_where_not() {
+        let of = |law: usize| {
+            let ladder = climb(&Toy::new(&[(law, 0.4)], 9), &Config::default()).expect("interactions");
+            let laws: Vec<usize> = ladder.taken.iter().map(|t| t.law).collect();
+            (laws, ladder.left.is_some(), ladder.full.theta)
+        };
+        let (laws, left, _) = of(2);
+        assert_eq!((laws.as_slice(), left), (&[2][..], false));
+        let (laws, left, theta) = of(3);
+        assert_eq!((laws.as_slice(), left), (&[3][..], false));
+        assert!(
+            (theta[1] - 0.4).abs() < 0.05 && (theta[2] - 0.5).abs() < 0.1,
+            "{theta:?}"
+        );
+    }
 }

@@ -317,3 +317,49 @@ fn clocks(family: &dyn Family, groups: &[usize], kind: usize) -> f64 {
     }
     sum / f64::max(total, 1e-30)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Quantity;
+    use super::super::told::one_named;
+    use super::*;
+    use crate::twin::Gain;
+
+    fn trace(name: &str, held_out: bool, predicted: f64) -> Trace {
+        let time: Vec<f64> = (0..20).map(|i| 0.1 * f64::from(i)).collect();
+        Trace {
+            interaction: name.into(),
+            held_out,
+            curves: vec![Curve {
+                label: "force along the push".into(),
+                quantity: Quantity::Force,
+                measured: vec![1.0; time.len()],
+                predicted: vec![predicted; time.len()],
+                time,
+                noise: None,
+            }],
+            ..Trace::default()
+        }
+    }
+
+    #[test]
+    fn what_no_ladder_told_is_pictured_on_what_was_held_out() {
+        let gain = Gain {
+            quantity: "force".into(),
+            ..Gain::default()
+        };
+        let findings = [one_named("com-offset", gain)];
+        let before = [trace("push-00", false, 0.0), trace("push-01", true, 0.7)];
+        let after = [trace("push-00", false, 1.0), trace("push-01", true, 0.9)];
+        let all = pictured(Vec::new(), &findings, [&before, &after]);
+        // The fitted one gains more, and shows nothing that was foretold.
+        assert_eq!(
+            (all.len(), all[0].interaction.as_str(), all[0].samples.len()),
+            (1, "push-01", 20)
+        );
+        // What a ladder pictured is not pictured again, what is no finding any more not at all, and what gains nothing has no picture.
+        assert_eq!(pictured(all.clone(), &findings, [&before, &after]).len(), 1);
+        assert!(pictured(all, &[], [&before, &after]).is_empty());
+        assert!(pictured(Vec::new(), &findings, [&before, &before]).is_empty());
+    }
+}

@@ -204,3 +204,28 @@ fn told(all: &[Sunk], name: &str) -> Option<Finding> {
     };
     Some(told.finding())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::told::one_named;
+    use super::*;
+    use crate::twin::Gain;
+
+    #[test]
+    fn a_spring_that_is_slightly_bent_is_how_its_support_gives() {
+        let curved = |statistic: f64| {
+            let mut finding = one_named("hardening-stiffness", Gain::default());
+            finding.evidence[0].test = "log evidence over the plain model, nats".into();
+            finding.evidence[0].statistic = statistic;
+            finding
+        };
+        let left = |mut findings: Vec<Finding>| {
+            without_what_sinks(&mut findings);
+            findings.len()
+        };
+        let gives = || one_named("support-compliance", Gain::default());
+        assert_eq!(left(vec![gives(), curved(12.0)]), 1);
+        assert_eq!(left(vec![gives(), curved(200.0)]), 2);
+        assert_eq!(left(vec![curved(12.0)]), 1);
+    }
+}

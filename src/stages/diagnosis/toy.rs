@@ -14,14 +14,16 @@ pub struct Toy {
 /// Samples of an interaction; standard deviation of one.
 const SAMPLES: usize = 40;
 const SIGMA: f64 = 0.1;
-/// Causes of its laws. The first two are nearly opposite, the last is another.
-const CAUSES: [&str; 3] = ["viscous-friction", "support-tilt", "wear-or-heating"];
+/// Causes of its laws. The first two are nearly opposite, the third is another, and the last a closer form of that.
+const CAUSES: [&str; 4] = ["viscous-friction", "support-tilt", "wear-or-heating", "wear-or-heating"];
+/// The form that has a crease more than the third, as a share of it.
+const CREASED: usize = 3;
 
 impl Toy {
     /// Interactions that are fitted; as many again are held out.
     pub const FITTED: usize = 8;
 
-    /// Interactions with these laws at these amplitudes.
+    /// Interactions with these laws at these amplitudes; that which has a crease is creased by half.
     pub fn new(hidden: &[(usize, f64)], seed: u64) -> Self {
         Self::parted([hidden, hidden], seed)
     }
@@ -33,7 +35,7 @@ impl Toy {
         let mut group = |g: usize| {
             let own = hidden[usize::from(g >= Self::FITTED)];
             let level = 1.0 + 0.02 * free();
-            let effect = |i: usize| own.iter().map(|(l, a)| a * wave(*l, g, i)).sum::<f64>();
+            let effect = |i: usize| own.iter().map(|(l, a)| a * wave((*l, 0.5), g, i)).sum::<f64>();
             let measured: Vec<f64> = (0..SAMPLES).map(|i| level + effect(i) + SIGMA * free()).collect();
             Group {
                 name: format!("push-{g:02}"),
@@ -47,15 +49,22 @@ impl Toy {
                 }],
             }
         };
-        let law = |form: usize| Law {
-            cause: CAUSES[form],
-            place: "body".into(),
-            form,
-            parameters: vec![Parameter::amplitude("a", "N", 1.0)],
-            amplitudes: 1,
-            grid: vec![Vec::new()],
-            extends: &[],
-            words: "a wave",
+        let law = |form: usize| {
+            let creased = form == CREASED;
+            let crease = Parameter::amplitude("crease", "1", 0.4);
+            Law {
+                cause: CAUSES[form],
+                place: "body".into(),
+                form,
+                parameters: [Parameter::amplitude("a", "N", 1.0)]
+                    .into_iter()
+                    .chain(creased.then_some(crease))
+                    .collect(),
+                amplitudes: 1,
+                grid: vec![if creased { vec![0.2] } else { Vec::new() }],
+                extends: if creased { &[CREASED - 1] } else { &[] },
+                words: "a wave",
+            }
         };
         let sheet = Sheet {
             groups: (0..2 * Self::FITTED).map(&mut group).collect(),
@@ -78,12 +87,13 @@ impl Toy {
     }
 }
 
-/// What a law of amplitude 1 adds.
-fn wave(law: usize, group: usize, sample: usize) -> f64 {
+/// What a law of amplitude 1 adds, where it has a crease with one of this share.
+fn wave((law, crease): (usize, f64), group: usize, sample: usize) -> f64 {
     let x = 0.3 * sample as f64 + 1.7 * group as f64;
     match law {
         0 => x.sin(),
         1 => -x.sin() + 0.25 * (3.0 * x).sin(),
+        CREASED => (1.7 * x).cos() + crease * (5.1 * x).cos(),
         _ => (1.7 * x).cos(),
     }
 }
@@ -97,7 +107,7 @@ impl Family for Toy {
         let of = |i: usize| {
             active
                 .iter()
-                .map(|a| a.values[0] * wave(a.law.form, group, i))
+                .map(|a| a.values[0] * wave((a.law.form, a.values.get(1).copied().unwrap_or(0.0)), group, i))
                 .sum::<f64>()
         };
         (0..SAMPLES).map(|i| base[0] + scatter[0] + of(i)).collect()

@@ -83,7 +83,10 @@ pub fn within_range(findings: &mut Vec<Finding>) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::told::one_named;
     use super::*;
+    use crate::base::Estimate;
+    use crate::twin::Gain;
 
     #[test]
     fn a_thing_that_leaks_is_told_and_one_odd_lift_is_none() {
@@ -92,5 +95,29 @@ mod tests {
         assert!(one_way_only("can", &of([5.5, 5.5, 5.5, 4.9])).is_none());
         assert!(one_way_only("can", &of([5.5, 4.9, 5.2, 4.9])).is_none());
         assert!(one_way_only("can", &of([5.5, 5.49, 5.5, 5.51])).is_none());
+    }
+
+    #[test]
+    fn a_weight_at_the_end_of_the_range_is_no_gain() {
+        let named = |cause: &str, parameter: (&str, f64), rmse_before: f64| {
+            let mut finding = one_named(
+                cause,
+                Gain {
+                    rmse_before,
+                    ..Gain::default()
+                },
+            );
+            let value = Estimate::measured(parameter.1, 0.01, "1", Vec::new(), "lifts");
+            finding.parameters.insert(parameter.0.into(), value);
+            finding
+        };
+        let causes = |weight: f64| {
+            // A gain of -0.1 leaves a tenth of the weight.
+            let gain = named("force-gain", ("g", -0.1), 0.1 * weight);
+            let mut findings = vec![named("force-saturation", ("Fs", 5.0), 1.0), gain];
+            within_range(&mut findings);
+            findings.len()
+        };
+        assert_eq!((causes(4.8), causes(2.0)), (1, 2));
     }
 }

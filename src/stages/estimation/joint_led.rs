@@ -12,6 +12,9 @@ use crate::twin::{Joint, JointKind, Model};
 
 /// How far a tool that holds something from the first row on goes alone before its force is felt, m.
 const TAKEN_ALONG: f64 = 2e-3;
+/// How far it goes, m, beside three standard deviations of its noise, before it has set out, and how long, s, what it stands with counts.
+const STANDS: f64 = 1e-4;
+const LONGEST: f64 = 0.25;
 
 /// True where a tool pulls at what it held from the first row on: what it reads at rest is a load, a spring's or a weight's,
 /// and no tare.
@@ -107,15 +110,27 @@ impl JointAtWork<'_> {
             .time
             .partition_point(|t| *t < path.time[first])
             .min(track.len() - 1);
-        let pose = track.pose(row)?.0;
-        let moved = home * parent.inverse() * pose * self.child.pose.0.inverse();
         let axis = Vector3::from(self.joint.axis.value);
-        let position = if self.joint.kind == JointKind::Prismatic {
-            let centre = Point3::from(self.child.pose.0.translation.vector);
-            (moved * centre - centre).dot(&axis)
-        } else {
-            moved.rotation.scaled_axis().dot(&axis)
+        let at = |row: usize| {
+            let pose = track.pose(row)?.0;
+            let moved = home * parent.inverse() * pose * self.child.pose.0.inverse();
+            Some(if self.joint.kind == JointKind::Prismatic {
+                let centre = Point3::from(self.child.pose.0.translation.vector);
+                (moved * centre - centre).dot(&axis)
+            } else {
+                moved.rotation.scaled_axis().dot(&axis)
+            })
         };
+        // One row is as noisy as the track: all of them count until the tool sets out.
+        let near = STANDS.max(3.0 * position_noise(&[path]));
+        let goes = |i: &usize| (path.position[*i] - path.position[first]).norm() > near;
+        let until = (first..path.len()).find(goes).map_or(f64::INFINITY, |i| path.time[i]);
+        let until = until.min(path.time[first] + LONGEST);
+        let (sum, rows) = (row..track.len())
+            .take_while(|r| *r == row || track.time[*r] < until)
+            .filter_map(at)
+            .fold((0.0, 0), |(sum, n), q| (sum + q, n + 1));
+        let position = (rows > 0).then(|| sum / f64::from(rows))?;
         Some((path.position[first], position))
     }
 

@@ -110,6 +110,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.drop_the_needless();
     climb.revise();
     climb.prefer_the_likeliest();
+    climb.prefer_what_takes_away();
     climb.look_closer(0);
     climb.drop_the_misshapen();
     Some(standing(family, climb.finish()))

@@ -5,9 +5,10 @@ use super::alike::{may_be_form, of_one_form};
 use super::evidence::{leave_one_out, paired};
 use super::family::{Family, Law};
 use super::fit::{Fit, fit};
+use super::held_out::gain;
 use super::leftover::left_over;
 use super::named::{odds, values};
-use super::naming::{Climb, NAMED, RIVAL, Taken, taken_up};
+use super::naming::{Climb, NAMED, RIVAL, Rival, Taken, taken_up};
 use super::screen::{Candidate, Scored, scored_at, stands};
 use super::together::together;
 
@@ -15,6 +16,9 @@ use super::together::together;
 const CLOSER: f64 = 6.0;
 /// By how much another law has to do better beside all other effects to take one's place, nats.
 const CLEARLY: f64 = 1.0;
+/// Share of the error below which an effect takes next to nothing away, and above which it takes most; evidence that is about the same, nats.
+const TAKES: (f64, f64) = (0.2, 0.5);
+const EVEN: f64 = 2.0;
 
 impl Climb<'_> {
     /// Where the effects leave something, two that only show together may do better.
@@ -181,6 +185,33 @@ impl Climb<'_> {
         }
     }
 
+    /// Where the only effect fits the scatter and takes away next to nothing of the error, a rival of about the same evidence that takes
+    /// most of it away is the cause; so are none that do not.
+    pub(super) fn prefer_what_takes_away(&mut self) {
+        let family = self.family;
+        let [own] = self.taken.as_slice() else { return };
+        let share = |law: usize, fit: &Fit| {
+            let anew = family.laws()[law].place != "sensor";
+            gain(family, &self.plain, fit, family.about(law), anew).reduction
+        };
+        if own.rivals.is_empty() || share(own.law, &self.full) >= TAKES.0 {
+            return;
+        }
+        let mut rivals: Vec<Rival> = own.rivals.clone();
+        rivals.retain(|r| share(r.law, &r.fit) >= TAKES.0);
+        let most = |r: &&Rival| r.gain > own.gain - EVEN && share(r.law, &r.fit) > TAKES.1;
+        let best = rivals.iter().filter(most).max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let Some(best) = best.cloned() else { return };
+        rivals.retain(|r| r.law != best.law);
+        self.taken = vec![Taken {
+            law: best.law,
+            gain: best.gain,
+            rivals,
+            told: None,
+        }];
+        self.full = best.fit;
+    }
+
     fn others(&self, k: usize) -> Vec<&Taken> {
         let others = self.taken.iter().enumerate().filter(|(i, _)| *i != k);
         others.map(|(_, t)| t).collect()
@@ -225,8 +256,10 @@ fn without(family: &dyn Family, fit: &Fit, law: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::Config;
+    use super::super::marginal::Noise;
     use super::super::naming::climb;
     use super::super::toy::Toy;
+    use super::*;
 
     #[test]
     fn a_closer_form_is_taken_where_it_is_worth_its_number_and_what_it_extends_where_not() {
@@ -243,5 +276,42 @@ mod tests {
             (theta[1] - 0.4).abs() < 0.05 && (theta[2] - 0.5).abs() < 0.1,
             "{theta:?}"
         );
+    }
+
+    #[test]
+    fn what_takes_most_away_stands_before_what_takes_nothing() {
+        let toy = Toy::new(&[(2, 0.4)], 9);
+        let groups: Vec<usize> = (0..Toy::FITTED).collect();
+        let noise = Noise::start(&toy);
+        let plain = fit(&toy, &[], &[1.0], &noise, &groups);
+        let with = |law: usize| fit(&toy, &[law], &[1.0, 0.1], &noise, &groups);
+        let preferred = |gains: [f64; 2]| {
+            let mut climb = Climb {
+                family: &toy,
+                all: vec![0, 1, 2],
+                closer: Vec::new(),
+                plain: plain.clone(),
+                full: with(0),
+                taken: vec![Taken {
+                    law: 0,
+                    gain: gains[0],
+                    rivals: vec![Rival {
+                        law: 2,
+                        gain: gains[1],
+                        fit: with(2),
+                    }],
+                    told: None,
+                }],
+                untestable: Vec::new(),
+                tried: Vec::new(),
+                hoped: false,
+                polishes: 0,
+            };
+            climb.prefer_what_takes_away();
+            (climb.taken[0].law, climb.full.laws)
+        };
+        assert_eq!(preferred([10.0, 9.5]), (2, vec![2]));
+        // Not against what the evidence says.
+        assert_eq!(preferred([10.0, 6.0]), (0, vec![0]));
     }
 }

@@ -186,7 +186,7 @@ impl Climb<'_> {
     }
 
     /// Where the only effect fits the scatter and takes away next to nothing of the error, a rival of about the same evidence that takes
-    /// most of it away is the cause; so are none that do not.
+    /// most of it away is the cause, and none that does not is. What was held out judges later, and must not choose.
     pub(super) fn prefer_what_takes_away(&mut self) {
         let family = self.family;
         let [own] = self.taken.as_slice() else { return };
@@ -194,12 +194,17 @@ impl Climb<'_> {
             let anew = family.laws()[law].place != "sensor";
             gain(family, &self.plain, fit, family.about(law), anew).reduction
         };
-        if own.rivals.is_empty() || share(own.law, &self.full) >= TAKES.0 {
+        let judged = family.groups().iter().any(|g| g.held_out);
+        if judged || own.rivals.is_empty() || share(own.law, &self.full) >= TAKES.0 {
             return;
         }
         let mut rivals: Vec<Rival> = own.rivals.clone();
         rivals.retain(|r| share(r.law, &r.fit) >= TAKES.0);
-        let most = |r: &&Rival| r.gain > own.gain - EVEN && share(r.law, &r.fit) > TAKES.1;
+        let named = |r: &Rival| {
+            let own: Vec<f64> = values(family, &r.fit, r.law).iter().map(|v| v.0).collect();
+            r.gain >= family.named_from(r.law, &own)
+        };
+        let most = |r: &&Rival| r.gain > own.gain - EVEN && named(r) && share(r.law, &r.fit) > TAKES.1;
         let best = rivals.iter().filter(most).max_by(|a, b| a.gain.total_cmp(&b.gain));
         let Some(best) = best.cloned() else { return };
         rivals.retain(|r| r.law != best.law);
@@ -280,7 +285,7 @@ mod tests {
 
     #[test]
     fn what_takes_most_away_stands_before_what_takes_nothing() {
-        let toy = Toy::new(&[(2, 0.4)], 9);
+        let toy = Toy::new(&[(2, 0.4)], 9).all_fitted();
         let groups: Vec<usize> = (0..Toy::FITTED).collect();
         let noise = Noise::start(&toy);
         let plain = fit(&toy, &[], &[1.0], &noise, &groups);
@@ -312,6 +317,8 @@ mod tests {
         };
         assert_eq!(preferred([10.0, 9.5]), (2, vec![2]));
         // Not against what the evidence says.
-        assert_eq!(preferred([10.0, 6.0]), (0, vec![0]));
+        assert_eq!(preferred([12.0, 9.5]), (0, vec![0]));
+        // Nor what is too little to be named.
+        assert_eq!(preferred([8.5, 7.5]), (0, vec![0]));
     }
 }

@@ -28,6 +28,12 @@ impl Toy {
         Self::parted([hidden, hidden], seed)
     }
 
+    /// The same without those that are held out.
+    pub fn all_fitted(mut self) -> Self {
+        self.sheet.groups.truncate(Self::FITTED);
+        self
+    }
+
     /// The same, other ones in those that are held out.
     pub fn parted(hidden: [&[(usize, f64)]; 2], seed: u64) -> Self {
         let mut dice = rng_for(Seed(seed), "toy");

@@ -14,7 +14,7 @@ use super::loaded::mass_by_loads;
 use super::one_speed::confound_with_damping;
 use super::pool::{pooled, positive, relative_sd};
 use super::solid::Solid;
-use super::sticking::{coefficient_of_peaks, force_of_tilt};
+use super::sticking::{coefficient_of_peaks, force_of_coefficient, force_of_tilt};
 use super::surface::SurfacePrior;
 use crate::base::{Confounded, Estimate, Notices, Status};
 use crate::capture::{BodyPrior, SupportFriction};
@@ -165,6 +165,8 @@ pub(super) fn conclude(
         leave_open(link);
     } else if link.friction.kinetic.is_none() {
         note_given_friction(link, before);
+    } else {
+        force_of_coefficient(link, g);
     }
 }
 

@@ -1,9 +1,21 @@
-//! Static friction of a link: force and coefficient, each from the other.
+//! Friction of a link: force and coefficient, each from the other.
 
 use super::pool::{positive, relative_sd};
 use super::resolve::joined;
 use crate::base::{Estimate, Status};
 use crate::twin::Link;
+
+/// The force of kinetic friction of what tilts or coasting alone told, where the weight is known: then a push of it can be foretold.
+pub(super) fn force_of_coefficient(link: &mut Link, g: f64) {
+    if let (Some(mass), Some(mu), None) = (&link.mass, &link.friction.kinetic, &link.friction_force.kinetic) {
+        let relative = relative_sd(mass).hypot(relative_sd(mu));
+        let mut force = positive(mu.value * mass.value * g, relative, "N", joined(mu, mass), &mu.method);
+        if mass.status == Status::Assumed || mu.status == Status::Assumed {
+            force.status = Status::Assumed;
+        }
+        link.friction_force.kinetic = Some(force);
+    }
+}
 
 /// Static friction from tilts says more of the force than the peaks of pushes do.
 pub(super) fn force_of_tilt(link: &mut Link, g: f64) {
@@ -41,6 +53,22 @@ pub(super) fn coefficient_of_peaks(link: &mut Link, g: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_force_of_what_only_coasted_is_that_of_its_weight() {
+        let link = serde_json::json!({ "name": "slab", "pose": [0, 0, 0, 0, 0, 0, 1], "collision": [], "symmetry": [],
+            "principal_views": [] });
+        let mut link: Link = serde_json::from_value(link).expect("a link");
+        force_of_coefficient(&mut link, 10.0);
+        assert!(link.friction_force.kinetic.is_none());
+        link.friction.kinetic = Some(Estimate::measured(0.4, 0.008, "1", vec!["push".into()], "coast"));
+        link.mass = Some(Estimate::measured(0.5, 0.005, "kg", vec!["lift".into()], "lift"));
+        force_of_coefficient(&mut link, 10.0);
+        let force = link.friction_force.kinetic.clone().expect("a force");
+        assert!((force.value - 2.0).abs() < 1e-3 && force.is_measured(), "{force:?}");
+        assert!((relative_sd(&force) - 0.0224).abs() < 1e-3, "{force:?}");
+        assert_eq!(force.from, ["push", "lift"]);
+    }
 
     #[test]
     fn a_coefficient_is_known_no_better_than_the_weight() {

@@ -23,18 +23,37 @@ const UNSURE: f64 = 0.2;
 /// Accelerations from the neighbours' speeds, drawn to nothing where they do not stand out of the noise: what is only
 /// noise there would draw an inertia that is fitted to it to nothing.
 pub(super) fn gains(loads: &[JointLoad], halves: &[f64], jitter: f64) -> Vec<f64> {
-    let one = |i: usize| {
-        let (a, b) = (i.saturating_sub(1), (i + 1).min(loads.len() - 1));
-        let apart = (loads[b].time - loads[a].time).max(1e-6);
-        let gain = (loads[b].speed - loads[a].speed) / apart;
-        let noise = jitter * loads[i].speed_gain * (2.0 * (1.0 - alike(apart / halves[i]))).max(0.0).sqrt() / apart;
-        if noise > 0.0 {
-            gain / (1.0 + (TOLD * noise / gain.abs().max(1e-12)).powi(4))
-        } else {
-            gain
-        }
-    };
+    let one = |i: usize| drawn(slope(loads, halves, jitter, i));
     (0..loads.len()).map(one).collect()
+}
+
+/// Acceleration at one moment from the neighbours' speeds, and its noise.
+fn slope(loads: &[JointLoad], halves: &[f64], jitter: f64, i: usize) -> [f64; 2] {
+    let (a, b) = (i.saturating_sub(1), (i + 1).min(loads.len() - 1));
+    let apart = (loads[b].time - loads[a].time).max(1e-6);
+    let unlike = (2.0 * (1.0 - alike(apart / halves[i]))).max(0.0).sqrt();
+    let gain = (loads[b].speed - loads[a].speed) / apart;
+    [gain, jitter * loads[i].speed_gain * unlike / apart]
+}
+
+fn drawn([gain, noise]: [f64; 2]) -> f64 {
+    if noise > 0.0 {
+        gain / (1.0 + (TOLD * noise / gain.abs().max(1e-12)).powi(4))
+    } else {
+        gain
+    }
+}
+
+/// What noise leaves open of the acceleration at one moment. What a tool leads goes steadily where no change stands out; what nothing
+/// touches slows down by what holds it, however little of that stands out.
+fn unsure_gain(read: &Read, i: usize) -> f64 {
+    let [gain, noise] = slope(&read.loads, &read.halves, read.jitter, i);
+    let taken = drawn([gain, noise]);
+    if read.is_free(i) {
+        noise.hypot(gain - taken)
+    } else {
+        noise * taken.abs() / gain.abs().max(1e-12)
+    }
 }
 
 /// Correlation of two slopes of parabolas that are `apart` half spans from each other: their windows share rows.
@@ -79,7 +98,7 @@ impl Open {
             friction * (2.5 * share).powi(2).min(4.0) + BLURRED * changes
         };
         Self {
-            aside: unsteady + EVEN.hypot(shaken) * l[i].load.abs(),
+            aside: (unsteady + EVEN.hypot(shaken) * l[i].load.abs()).hypot(inert * unsure_gain(read, i)),
             unsure: quiet && share > UNSURE,
         }
     }
@@ -143,5 +162,36 @@ mod tests {
         assert!((found[2] / 2.5 - 1.0).abs() < 0.15, "{}", found[2]);
         assert!(found[8..].iter().all(|g| g.abs() < 0.02), "{:?}", &found[8..]);
         assert!((alike(0.0) - 1.0).abs() < 1e-12 && alike(2.0).abs() < 1e-12);
+    }
+
+    /// What swings on by itself slows down by its friction, though that does not stand out of the noise of its speed from one moment to
+    /// the next; what is led goes steadily.
+    #[test]
+    fn what_coasts_may_slow_down_unseen_and_what_is_led_may_not() {
+        let coasts = |felt: f64| {
+            let one = |i: u32| JointLoad {
+                load: felt,
+                ..load(i, 1.5 - 0.04 * f64::from(i))
+            };
+            Read {
+                interaction: "push".into(),
+                held_out: false,
+                loads: (0..20).map(one).collect(),
+                halves: vec![0.08; 20],
+                noise: 0.01,
+                jitter: 0.003,
+                zero: 0.0,
+                by_hand: false,
+            }
+        };
+        let (free, led) = (coasts(0.0), coasts(1.0));
+        let noise = slope(&free.loads, &free.halves, free.jitter, 9)[1];
+        assert!(noise > 0.5 && gains(&free.loads, &free.halves, free.jitter)[9].abs() < 0.5);
+        assert!(unsure_gain(&free, 9) > noise && unsure_gain(&free, 9) < 1.5 + noise);
+        assert!(
+            unsure_gain(&led, 9) < 0.5 * noise,
+            "{} of {noise}",
+            unsure_gain(&led, 9)
+        );
     }
 }

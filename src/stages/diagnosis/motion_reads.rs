@@ -80,9 +80,15 @@ impl Read {
 
     /// Whether what was struck moved on faster than `slow` (rad/s or m/s) with nothing touching it.
     pub(super) fn swings_on(&self, slow: f64) -> bool {
-        let moving = || self.loads.iter().filter(|l| l.speed.abs() > slow);
-        let free = moving().filter(|l| l.load.abs() < FREE * self.noise * l.lever).count();
+        let moving = || (0..self.loads.len()).filter(|i| self.loads[*i].speed.abs() > slow);
+        let free = moving().filter(|i| self.is_free(*i)).count();
         free as f64 > SWINGS_ON * moving().count() as f64
+    }
+
+    /// Whether nothing touches it at the moment `i`.
+    pub(super) fn is_free(&self, i: usize) -> bool {
+        let l = &self.loads[i];
+        l.load.abs() < FREE * self.noise * l.lever
     }
 }
 

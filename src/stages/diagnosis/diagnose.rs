@@ -29,7 +29,7 @@ use super::pushes::Pushes;
 use super::ripples::swinging;
 use super::rolls::rolls;
 use super::sensor::{as_one, rounded_away, sensor_findings};
-use super::sensor_lag::lag_of;
+use super::sensor_lag::{SensorLag, lag_of};
 use super::shown::pictured;
 use super::sinking::without_what_sinks;
 use super::tares::tare_finding;
@@ -244,10 +244,11 @@ fn name_causes(
     let lag = lag_of(&all)
         .or_else(|| lag_of_joints(capture, segmented, model))
         .filter(|_| config.allows("sensor-lag"));
+    // Presses tell the lag beside what gives, as it was read.
+    let presses = Presses::new(capture, segmented, model).map(|p| p.rounded(lost));
     let undone = lag.as_ref().map(|lag| lag.undone(capture));
     let capture = undone.as_ref().unwrap_or(capture);
     let pushes = Pushes::new(capture, segmented, model).map(|p| p.rounded(lost));
-    let presses = Presses::new(capture, segmented, model).map(|p| p.rounded(lost));
     let mut loads = Loads::default();
     let wandering = moving_axes(capture, model, config, &mut loads);
     // The load along a joint is taken about the axis that the twin has.
@@ -301,9 +302,9 @@ fn name_causes(
     told_aloft(capture, segmented, findings);
     loads.left_beside(pushes.as_ref().and_then(|p| one_way(p, (capture, model), findings)));
     loads.left_beside(weights_differ(capture, segmented));
-    if let Some(lag) = lag {
-        findings.push(lag.finding());
-    } else {
+    let slow = findings.iter().any(|f| f.cause == "sensor-lag");
+    findings.extend(lag.iter().filter(|_| !slow).map(SensorLag::finding));
+    if lag.is_none() {
         loads.clocks = Clocks::of(&begun);
         findings.extend(onset_findings(&begun, &loads.clocks));
     }

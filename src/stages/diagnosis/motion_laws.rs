@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::family::{Active, Law, Parameter};
 use super::motion_history::{freed, history_laws};
-use super::motion_places::local_laws;
+use super::motion_places::{closer_of, hardens, local_laws, notch};
 use super::motion_sensor::{read, sensor_laws};
 use super::motion_stops::Stop;
 use super::motions::Scale;
@@ -42,16 +42,15 @@ pub(super) mod form {
     pub const NOTCH_EDGED: usize = 29;
     pub const LIMIT_HIGH_STIFFENING: usize = 30;
     pub const LIMIT_LOW_STIFFENING: usize = 31;
+    pub const SPRING_HARDENING: usize = 32;
+    pub const NOTCH_TAILED: usize = 33;
 }
 
 /// Laws that the estimation of a joint knows.
-pub(super) const TOLD: [usize; 5] = [
-    form::DAMPING,
-    form::DAMPING_TURNING,
-    form::DAMPING_SLIDING,
-    form::SPRING,
-    form::GRAVITY,
-];
+pub(super) const TOLD: [usize; 5] = {
+    use form::{DAMPING, DAMPING_SLIDING, DAMPING_TURNING, GRAVITY, SPRING};
+    [DAMPING, DAMPING_TURNING, DAMPING_SLIDING, SPRING, GRAVITY]
+};
 
 /// One moment of a joint at work.
 #[derive(Clone, Copy, Debug, Default)]
@@ -117,9 +116,6 @@ fn stiffening(into: f64, doubles: f64) -> f64 {
     into * (1.0 + 0.5 * into / doubles)
 }
 
-/// Makes a notch as deep as a detent of the same effort and width: `exp(-1/2)` over the largest of `s (1 - s²)²`.
-const PEAK: f64 = 0.606_530_66 / 0.286_216_7;
-
 /// Speed at which a power of that of a slide is told as a linear damper, m/s; of what turns it is 1 rad/s.
 const SLIDES: f64 = 0.1;
 
@@ -134,24 +130,10 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::DAMPING_SLIDING => x[0] * SLIDES * v.signum() * (v.abs() / SLIDES).powf(x[1]),
             form::QUADRATIC => x[0] * v * v.abs(),
             form::SPRING => x[0] * (q - x[1]),
+            form::SPRING_HARDENING => x[0] * (q - x[1]) * (1.0 + x[2] * (q - x[1]).powi(2)),
             form::SLOPE => -x[0],
             form::GRAVITY => -(x[0] * q.cos() + x[1] * q.sin()),
-            form::DETENT => {
-                let s = (q - x[1]) / x[2].exp();
-                x[0] * s * (-0.5 * s * s).exp()
-            }
-            // The same with an edge: a ball drops into a notch and out of it.
-            form::NOTCH => {
-                let s = (q - x[1]) / (x[2].exp() * 5.0_f64.sqrt());
-                x[0] * PEAK * s * (1.0 - s * s).max(0.0).powi(2)
-            }
-            // The sharper its edge the nearer to half a wave; without any it is the first of these.
-            form::NOTCH_EDGED => {
-                let edge = x[3].exp();
-                let peak = (2.0 * edge + 1.0).sqrt().recip();
-                let shape = |s: f64| s * (1.0 - s * s).max(0.0).powf(edge);
-                x[0] * (-0.5_f64).exp() * shape((q - x[1]) * peak / x[2].exp()) / shape(peak)
-            }
+            form::DETENT | form::NOTCH | form::NOTCH_EDGED | form::NOTCH_TAILED => notch(a.law.form, x, q),
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
             form::LIMIT_HIGH_STIFFENING => x[0] * stiffening((q - x[1]).max(0.0), x[2].exp()),
@@ -360,7 +342,7 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         unit,
         ..Parameter::place("q0", 0.5 * (low + high), span)
     };
-    let mut laws = vec![make.law(
+    let spring = make.law(
         "joint-spring",
         form::SPRING,
         (
@@ -369,7 +351,8 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         ),
         vec![vec![low], vec![0.5 * (low + high)], vec![high]],
         "the joint is drawn back the farther it is moved",
-    )];
+    );
+    let mut laws = vec![closer_of(spring.clone(), hardens(span, s.turns)), spring];
     if s.turns {
         let amplitude = |name| Parameter::amplitude(name, effort, 0.5 * s.load);
         laws.push(make.law(

@@ -7,6 +7,36 @@ use super::motions::Scale;
 /// Widest notch, as a share of the way that is seen.
 const WIDEST: f64 = 0.25;
 
+/// Makes a notch as deep as a detent of the same effort and width: `exp(-1/2)` over the largest of `s (1 - s²)²`.
+const PEAK: f64 = 0.606_530_66 / 0.286_216_7;
+
+/// What draws the joint to one place, of an effort (largest times `exp(1/2)`), the place, the logarithm of the distance at which it is
+/// largest, and how it ends, at a position.
+pub(super) fn notch(kind: usize, x: &[f64], q: f64) -> f64 {
+    let s = (q - x[1]) / x[2].exp();
+    let as_deep = |peak: f64, shape: &dyn Fn(f64) -> f64| x[0] * (-0.5_f64).exp() * shape(s * peak) / shape(peak);
+    match kind {
+        // With an edge: a ball drops into a notch and out of it.
+        form::NOTCH => {
+            let s = s / 5.0_f64.sqrt();
+            x[0] * PEAK * s * (1.0 - s * s).max(0.0).powi(2)
+        }
+        // The sharper its edge the nearer to half a wave; without any it is a Gaussian's.
+        form::NOTCH_EDGED => {
+            let edge = x[3].exp();
+            let peak = (2.0 * edge + 1.0).sqrt().recip();
+            as_deep(peak, &|s| s * (1.0 - s * s).max(0.0).powf(edge))
+        }
+        // What reaches far, as a magnet does: with the power at infinity it is a Gaussian's again.
+        form::NOTCH_TAILED => {
+            let tail = x[3].exp().max(0.6);
+            let peak = (2.0 * tail - 1.0).sqrt().recip();
+            as_deep(peak, &|s| s * (1.0 + s * s).powf(-tail))
+        }
+        _ => x[0] * s * (-0.5 * s * s).exp(),
+    }
+}
+
 /// Laws that act at one place.
 pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     let effort = units(s.turns)[0];
@@ -61,9 +91,12 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         let shut = [-0.05 * span, 0.05 * span];
         laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, shut, 0.0)));
         laws.push(closer_of(latch(form::NOTCH_EDGED, shut, 0.0), edge()));
+        laws.push(closer_of(latch(form::NOTCH_TAILED, shut, 0.0), tail()));
     }
     let edged = [detent(form::NOTCH_EDGED), latch(form::NOTCH_EDGED, closed, low)];
     laws.extend(edged.map(|law| closer_of(law, edge())));
+    let tailed = [detent(form::NOTCH_TAILED), latch(form::NOTCH_TAILED, closed, low)];
+    laws.extend(tailed.map(|law| closer_of(law, tail())));
     laws.extend(stiffening);
     laws
 }
@@ -73,16 +106,31 @@ fn edge() -> Parameter {
     Parameter::scale("edge", "1", 2.0, 0.7)
 }
 
+/// How soon the pull of a notch fades far from it: the power of one and the distance squared that it is divided by.
+fn tail() -> Parameter {
+    Parameter::scale("tail", "1", 2.5, 0.6)
+}
+
 /// Way into a stop on which it becomes twice as stiff as at first.
 fn stiffens(span: f64, unit: &'static str) -> Parameter {
     Parameter::scale("doubles", unit, 0.1 * span, 0.8)
 }
 
+/// By how much a spring becomes stiffer, over its stiffness at rest and the square of how far it is drawn.
+pub(super) fn hardens(span: f64, turns: bool) -> Parameter {
+    Parameter {
+        unit: if turns { "1/rad²" } else { "1/m²" },
+        low: -0.25 / (span * span),
+        ..Parameter::place("hardens", 0.0, 2.0 / (span * span))
+    }
+}
+
 /// The closer form of a law with one number more.
-fn closer_of(law: Law, more: Parameter) -> Law {
+pub(super) fn closer_of(law: Law, more: Parameter) -> Law {
     let (form, extends): (usize, &'static [usize]) = match law.form {
         form::LIMIT_HIGH => (form::LIMIT_HIGH_STIFFENING, &[form::LIMIT_HIGH]),
         form::LIMIT_LOW => (form::LIMIT_LOW_STIFFENING, &[form::LIMIT_LOW]),
+        form::SPRING => (form::SPRING_HARDENING, &[form::SPRING]),
         edged => (edged, &[form::DETENT, form::NOTCH]),
     };
     Law {
@@ -190,6 +238,31 @@ mod tests {
             let peak = at(qd + w, form::NOTCH_EDGED, &[a, qd, w.ln(), f64::ln(edge)]);
             assert!((peak - a * (-0.5_f64).exp()).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn the_tailed_notch_is_a_detent_without_its_tail_and_as_deep_with_any() {
+        let [a, qd, w] = [0.3, 0.1, 0.05];
+        let tailed = |q: f64, tail: f64| at(q, form::NOTCH_TAILED, &[a, qd, w.ln(), tail.ln()]);
+        for k in -30..30 {
+            let q = qd + 0.005 * f64::from(k);
+            assert!((tailed(q, 1e4) - at(q, form::DETENT, &[a, qd, w.ln()])).abs() < 1e-4);
+        }
+        for tail in [1.0, 2.0, 8.0] {
+            assert!((tailed(qd + w, tail) - a * (-0.5_f64).exp()).abs() < 1e-9);
+            assert!(
+                tailed(qd + 0.9 * w, tail) < tailed(qd + w, tail) && tailed(qd + 1.1 * w, tail) < tailed(qd + w, tail)
+            );
+        }
+        // Of the power two it falls as the cube of the distance.
+        assert!((tailed(qd + 40.0 * w, 2.0) / tailed(qd + 80.0 * w, 2.0) - 8.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_spring_that_hardens_is_a_plain_one_near_its_rest() {
+        let force = |q: f64, hardens: f64| at(q, form::SPRING_HARDENING, &[2.0, 0.3, hardens]);
+        assert!((force(0.8, 0.0) - at(0.8, form::SPRING, &[2.0, 0.3])).abs() < 1e-12);
+        assert!((force(0.8, 4.0) - 2.0).abs() < 1e-12 && (force(-0.2, 4.0) + 2.0).abs() < 1e-12);
     }
 
     #[test]

@@ -9,8 +9,9 @@ use crate::geometry::mass_properties;
 use crate::stages::estimation::support_normal;
 use crate::twin::{CauseOdds, Finding, Link, Model};
 
-/// Standard deviations from that of the shape from which on it counts, p below 6e-7.
-const CLEAR: f64 = 5.0;
+/// Standard deviations from that of the shape from which on it counts, p below 5e-4: what is common to all pushes, which is most
+/// of the doubt, is in them already.
+const CLEAR: f64 = 3.5;
 /// How an inertia is called that fast pushes told, or a twist aloft, and one that the shape gave.
 const SPUN: &str = "push-spin";
 const TWISTED: &str = "lift-twist";

@@ -7,6 +7,8 @@ use super::motions::Scale;
 /// Widest notch, as a share of the way that is seen.
 const WIDEST: f64 = 0.25;
 
+/// Least power with which the pull of a notch fades.
+const FADES: f64 = 1.2;
 /// Makes a notch as deep as a detent of the same effort and width: `exp(-1/2)` over the largest of `s (1 - s²)²`.
 const PEAK: f64 = 0.606_530_66 / 0.286_216_7;
 
@@ -29,7 +31,7 @@ pub(super) fn notch(kind: usize, x: &[f64], q: f64) -> f64 {
         }
         // What reaches far, as a magnet does: with the power at infinity it is a Gaussian's again.
         form::NOTCH_TAILED => {
-            let tail = x[3].exp().max(0.6);
+            let tail = x[3].exp();
             let peak = (2.0 * tail - 1.0).sqrt().recip();
             as_deep(peak, &|s| s * (1.0 + s * s).powf(-tail))
         }
@@ -106,9 +108,13 @@ fn edge() -> Parameter {
     Parameter::scale("edge", "1", 2.0, 0.7)
 }
 
-/// How soon the pull of a notch fades far from it: the power of one and the distance squared that it is divided by.
+/// How soon the pull of a notch fades far from it: the power of one and the distance squared that it is divided by. What hardly
+/// fades is at no one place.
 fn tail() -> Parameter {
-    Parameter::scale("tail", "1", 2.5, 0.6)
+    Parameter {
+        low: FADES.ln(),
+        ..Parameter::scale("tail", "1", 2.2, 0.4)
+    }
 }
 
 /// Way into a stop on which it becomes twice as stiff as at first.

@@ -1,8 +1,9 @@
 //! Where the cut through a mesh goes far inside of its hull: the notch of an L, the side of a handle.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 /// Depth below the hull from which on a pocket is one, m: what is less may be the noise of a reconstructed surface.
 const POCKET: f64 = 4e-3;
@@ -10,6 +11,8 @@ const POCKET: f64 = 4e-3;
 const PLAIN: f64 = 5e-4;
 /// Ends of cut triangles nearer than this are one, m.
 const ONE: f64 = 1e-6;
+/// Cuts of a body put together of plain parts at most: where there are more a surface was reconstructed, and is closed.
+const PARTS: usize = 200;
 
 type Key = (i64, i64);
 
@@ -19,7 +22,7 @@ fn key(p: &Point2<f64>) -> Key {
 
 /// The hull with its pockets cut out, counter-clockwise; the hull as it is where the cuts close no outline.
 pub fn with_pockets(hull: Vec<Point2<f64>>, cuts: &[(Point2<f64>, Point2<f64>)]) -> Vec<Point2<f64>> {
-    let Some(outline) = outline_from(&hull[0], cuts) else {
+    let Some(outline) = outline_from(&hull[0], cuts).or_else(|| around(&hull[0], cuts)) else {
         return hull;
     };
     let places: BTreeMap<Key, usize> = outline.iter().enumerate().map(|(i, p)| (key(p), i)).collect();
@@ -75,6 +78,71 @@ fn outline_from(start: &Point2<f64>, cuts: &[(Point2<f64>, Point2<f64>)]) -> Opt
     None
 }
 
+/// The outline round everything that hangs together with `start`, the leftmost corner, counter-clockwise from there: of parts that touch
+/// or overlap, as bodies are put together of boxes, what lies between them is no outline.
+fn around(start: &Point2<f64>, cuts: &[(Point2<f64>, Point2<f64>)]) -> Option<Vec<Point2<f64>>> {
+    if cuts.len() > PARTS {
+        return None;
+    }
+    let ways = ways_of(cuts);
+    let place = |k: &Key| ways.get(k).map(|w| w.0);
+    let first = key(start);
+    let (mut out, mut here, mut back) = (vec![place(&first)?], first, -Vector2::x());
+    for _ in 0..2 * ways.len() {
+        let at = place(&here)?;
+        // As far to the right as can be: outside is to the right of who goes round counter-clockwise.
+        let turn = |next: &Key| {
+            let way = place(next).map_or(Vector2::x(), |p| p - at);
+            let angle = back.perp(&way).atan2(back.dot(&way));
+            if angle > 1e-9 { angle } else { angle + TAU }
+        };
+        let next = *ways.get(&here)?.1.iter().min_by(|a, b| turn(a).total_cmp(&turn(b)))?;
+        if next == first {
+            return (out.len() > 2).then_some(out);
+        }
+        let to = place(&next)?;
+        (back, here) = (at - to, next);
+        out.push(to);
+    }
+    None
+}
+
+/// Every place at which cuts end or cross, with those that one goes to from there along a cut.
+fn ways_of(cuts: &[(Point2<f64>, Point2<f64>)]) -> BTreeMap<Key, (Point2<f64>, BTreeSet<Key>)> {
+    // Ends that are one place are one point: roundings do not part them.
+    let mut places: Vec<Point2<f64>> = Vec::new();
+    let mut one = |p: &Point2<f64>| {
+        let near = places.iter().find(|o| (*o - p).norm() < ONE).copied();
+        near.unwrap_or_else(|| {
+            places.push(*p);
+            *p
+        })
+    };
+    let cuts: Vec<(Point2<f64>, Point2<f64>)> = cuts.iter().map(|(a, b)| (one(a), one(b))).collect();
+    let mut ways: BTreeMap<Key, (Point2<f64>, BTreeSet<Key>)> = BTreeMap::new();
+    for (a, b) in cuts.iter().filter(|(a, b)| key(a) != key(b)) {
+        let (way, length) = (b - a, (b - a).norm());
+        let on = |p: &Point2<f64>| way.perp(&(p - a)).abs() < ONE * length && way.dot(&(p - a)) >= 0.0;
+        let mut stops = vec![*a, *b];
+        for (c, d) in &cuts {
+            stops.extend([c, d].into_iter().filter(|p| on(p) && (*p - a).norm() <= length));
+            let other = d - c;
+            let across = way.perp(&other);
+            let (s, t) = ((c - a).perp(&other) / across, (c - a).perp(&way) / across);
+            if across.abs() > 1e-12 && (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t) {
+                stops.push(one(&(a + way * s)));
+            }
+        }
+        stops.sort_by(|p, q| (p - a).norm().total_cmp(&(q - a).norm()));
+        for pair in stops.windows(2).filter(|w| key(&w[0]) != key(&w[1])) {
+            for (p, q) in [(pair[0], pair[1]), (pair[1], pair[0])] {
+                ways.entry(key(&p)).or_insert((p, BTreeSet::new())).1.insert(key(&q));
+            }
+        }
+    }
+    ways
+}
+
 /// Which point is farthest from the line between the ends, and by how much, m.
 fn farthest(stretch: &[Point2<f64>]) -> Option<(usize, f64)> {
     let (first, last) = (stretch.first()?, stretch.last()?);
@@ -126,5 +194,28 @@ mod tests {
         dented[3] = (0.049, 0.039);
         assert_eq!(with_pockets(hull.clone(), &closed(&dented)), hull);
         assert_eq!(with_pockets(hull.clone(), &closed(&corners)[1..]), hull);
+    }
+
+    #[test]
+    fn what_is_put_together_of_boxes_has_the_outline_of_all_of_them() {
+        let rectangle = |[x0, x1, y0, y1]: [f64; 4]| closed(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)]);
+        let of = |x: f64, y: f64| Point2::new(x, y);
+        let hull = vec![
+            of(0.0, 0.0),
+            of(0.08, 0.0),
+            of(0.08, 0.02),
+            of(0.02, 0.06),
+            of(0.0, 0.06),
+        ];
+        let l = [hull[0], hull[1], hull[2], of(0.02, 0.02), hull[3], hull[4]];
+        let beam = rectangle([0.0, 0.08, 0.0, 0.02]);
+        // Beside each other, one into the other, and one all the way through.
+        for from in [0.02, 0.01, 0.0] {
+            let cuts = [beam.clone(), rectangle([0.0, 0.02, from, 0.06])].concat();
+            assert_eq!(with_pockets(hull.clone(), &cuts), l, "from {from}");
+        }
+        // Two that stand apart have no outline but that about both.
+        let cuts = [beam, rectangle([0.0, 0.02, 0.04, 0.06])].concat();
+        assert_eq!(with_pockets(hull.clone(), &cuts), hull);
     }
 }

@@ -186,7 +186,7 @@ mod tests {
         };
         let (free, led) = (coasts(0.0), coasts(1.0));
         let noise = slope(&free.loads, &free.halves, free.jitter, 9)[1];
-        assert!(noise > 0.5 && gains(&free.loads, &free.halves, free.jitter)[9].abs() < 0.5);
+        assert!(noise > 0.4 && gains(&free.loads, &free.halves, free.jitter)[9].abs() < 0.5);
         assert!(unsure_gain(&free, 9) > noise && unsure_gain(&free, 9) < 1.5 + noise);
         assert!(
             unsure_gain(&led, 9) < 0.5 * noise,

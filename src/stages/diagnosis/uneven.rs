@@ -9,9 +9,10 @@ use crate::geometry::mass_properties;
 use crate::stages::estimation::support_normal;
 use crate::twin::{CauseOdds, Finding, Link, Model};
 
-/// Standard deviations from that of the shape from which on it counts, p below 5e-4: what is common to all pushes, which is most
-/// of the doubt, is in them already.
-const CLEAR: f64 = 3.5;
+/// Standard deviations from that of the shape from which on it counts, p below 6e-7; and where fast pushes told it, p below 5e-4: what
+/// is common to all of them, which is most of the doubt, is in them already.
+const CLEAR: f64 = 5.0;
+const CLEAR_BY_PUSHES: f64 = 3.5;
 /// How an inertia is called that fast pushes told, or a twist aloft, and one that the shape gave.
 const SPUN: &str = "push-spin";
 const TWISTED: &str = "lift-twist";
@@ -100,7 +101,12 @@ pub fn yaw_findings(capture: &Capture, model: &Model) -> Vec<Finding> {
     let one = |link: &Link| {
         let yaw = Yaw::of(link, model, &up)?;
         let Yaw { of, off, sd } = yaw;
-        let clear = off.abs() >= (CLEAR * sd).max(TURNS);
+        let clear = if of.method.starts_with(SPUN) {
+            CLEAR_BY_PUSHES
+        } else {
+            CLEAR
+        };
+        let clear = off.abs() >= (clear * sd).max(TURNS);
         if !(clear && touched(of, capture)) {
             return None;
         }

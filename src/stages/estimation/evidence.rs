@@ -35,11 +35,16 @@ pub(super) fn motion_at(stream: &PoseStream, t: f64, half: f64) -> Option<Motion
     let position = |k: usize| component(stream, |i| stream.position[i][k], t, half);
     let p = [position(0)?, position(1)?, position(2)?];
     let near = stream.time.partition_point(|x| *x < t).min(stream.len() - 1);
+    // Rows of which the orientation was not told tell nothing of it.
+    let told = |i: &usize| stream.rotation[*i].is_some() && (stream.time[*i] - t).abs() <= half;
     let reference = (0..stream.len())
-        .filter(|&i| stream.time[i] >= t - half && stream.time[i] <= t + half)
+        .filter(told)
         .min_by_key(|i| i.abs_diff(near))
-        .and_then(|i| stream.rotation[i])
-        .or_else(|| stream.rotation[near]);
+        .and_then(|i| stream.rotation[i]);
+    // Of what is told elsewhere nothing is known here.
+    if reference.is_none() && stream.rotation.iter().any(Option::is_some) {
+        return None;
+    }
     let still = Vector3::zeros();
     let (rotation, spin, spin_rate) = match reference {
         Some(q0) => {
@@ -173,4 +178,33 @@ pub(super) fn bridge_snapshots(track: &PoseStream, tool: &PoseStream, start: f64
         position,
         rotation,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A body that turns by 0.5 rad/s; of some of its rows no orientation is known.
+    fn turning(lost: impl Fn(usize) -> bool) -> PoseStream {
+        let time: Vec<f64> = (0..50).map(|i| 0.01 * f64::from(i)).collect();
+        let turned = |i: usize| UnitQuaternion::from_scaled_axis(Vector3::z() * (0.3 + 0.5 * time[i]));
+        PoseStream {
+            position: vec![Point3::new(0.1, 0.0, 0.0); time.len()],
+            rotation: (0..time.len()).map(|i| (!lost(i)).then(|| turned(i))).collect(),
+            time,
+        }
+    }
+
+    #[test]
+    fn where_one_row_is_lost_its_neighbours_tell_how_it_turns() {
+        let motion = motion_at(&turning(|i| i == 20), 0.2, 0.05).expect("rows beside it");
+        assert!((motion.pose.rotation.angle() - 0.4).abs() < 1e-6 && (motion.spin.z - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn where_all_near_rows_are_lost_nothing_is_known() {
+        assert!(motion_at(&turning(|i| (10..30).contains(&i)), 0.2, 0.05).is_none());
+        // What is tracked as a point has no orientation anywhere.
+        assert!(motion_at(&turning(|_| true), 0.2, 0.05).is_some());
+    }
 }

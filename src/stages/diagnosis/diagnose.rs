@@ -121,7 +121,7 @@ pub fn diagnose(
     let slides = model.twin.links().all(|(_, l)| l.friction.rolling.is_none());
     let righted = frame.as_ref().filter(|_| slides).and_then(|f| put_right(capture, f));
     let (raw, capture) = (capture, righted.as_ref().unwrap_or(capture));
-    let (plain, mut findings) = centre_findings(capture, segmented, model);
+    let (plain, mut findings) = centre_findings(capture, segmented, model, config);
     let late = hand_delay(capture, segmented, model).filter(|late| config.allows(late.cause()));
     let on_time = late.as_ref().map(|late| late.undone(capture));
     let of_joints = on_time.as_ref().unwrap_or(capture);

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use super::Trace;
 use super::compare::errors;
+use super::naming::climb;
 use super::predict::trace_of;
+use super::turns::Turns;
+use super::{Config, Trace};
 use crate::base::Estimate;
 use crate::capture::{Capture, Interaction, Segmented};
 use crate::geometry::mass_properties;
@@ -22,16 +24,32 @@ const GIVEN: (f64, f64) = (2e-4, 0.001);
 /// An axis with more doubt than this was not measured, m.
 const VAGUE: f64 = 4e-3;
 
+/// How a centre is called that pushes told with their friction, and the misfit from which on it is looked at by the moments of each.
+const PUSHED: &str = "push-limit-surface";
+const UNCLEAR: f64 = 7.0;
+/// Doubt of an axis up to which turning tells it, m, and how many standard deviations from what pushes said it may be.
+const SHARP: f64 = 6e-4;
+const AGREES: f64 = 2.5;
+
 /// Every link whose centre of mass is not that of its shape, with what knowing it gains on touches that did not
 /// tell it; and the model without them.
-pub fn centre_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> (Model, Vec<Finding>) {
+pub fn centre_findings(
+    capture: &Capture,
+    segmented: &[Segmented],
+    model: &Model,
+    config: &Config,
+) -> (Model, Vec<Finding>) {
     let mut plain = model.clone();
     let mut findings = Vec::new();
     let names: Vec<String> = model.twin.links().map(|(_, l)| l.name.clone()).collect();
     for name in names {
         let known = capture.bodies.iter().any(|b| b.name == name && b.mesh.is_some());
         let shape = if known { GIVEN } else { SHAPE };
-        let Some(offset) = model.twin.link(&name).and_then(|l| Offset::of(l, model, shape)) else {
+        let Some(told) = model.twin.link(&name).and_then(|l| Offset::of(l, model, shape)) else {
+            continue;
+        };
+        let by_turning = || told.by_turning(&name, (capture, segmented, model), config);
+        let Some(offset) = told.is_clear().then(|| told.clone()).or_else(by_turning) else {
             continue;
         };
         let mut without = model.clone();
@@ -59,12 +77,17 @@ pub fn tells_centre(model: &Model) -> bool {
 }
 
 /// How far a measured centre of mass lies from the centroid, link frame.
+#[derive(Clone)]
 struct Offset {
     centroid: Point3<f64>,
     away: Vector3<f64>,
     sd: Vector3<f64>,
     chi_squared: f64,
     from: Vec<String>,
+    /// Pushes told it, as a part of the friction that they were fitted with.
+    pushed: bool,
+    /// What the shape leaves open of its centroid, m.
+    open: f64,
 }
 
 impl Offset {
@@ -78,19 +101,55 @@ impl Offset {
         let (low, high) = mesh.bounds()?;
         let away = Point3::from(com.value) - centroid;
         let read = Vector3::from(com.sd?);
-        let sd = read.map(|s| s.hypot(shape.0 + shape.1 * (high - low).max()));
+        let open = shape.0 + shape.1 * (high - low).max();
+        let sd = read.map(|s| s.hypot(open));
         let chi_squared = (0..3)
             .filter(|k| read[*k] < VAGUE)
             .map(|k| (away[k] / sd[k]).powi(2))
             .sum();
-        let from = com.from.clone();
-        (chi_squared > CLEAR).then_some(Self {
+        Some(Self {
             centroid,
             away,
             sd,
             chi_squared,
-            from,
+            from: com.from.clone(),
+            pushed: com.method.starts_with(PUSHED),
+            open,
         })
+    }
+
+    fn is_clear(&self) -> bool {
+        self.chi_squared > CLEAR
+    }
+
+    /// The same as the balance of moments tells it beside where the finger touched, where pushes leave it unclear: each of them is read
+    /// at its measured motion, and what differs from push to push is known to.
+    fn by_turning(
+        &self,
+        name: &str,
+        (capture, segmented, model): (&Capture, &[Segmented], &Model),
+        config: &Config,
+    ) -> Option<Self> {
+        if !self.pushed || self.chi_squared < UNCLEAR {
+            return None;
+        }
+        let turns = Turns::new(capture, segmented, model)?;
+        let (away, read, from) = turns.centre(&climb(&turns, config)?.full, name)?;
+        let told = |k: &usize| read[*k] < SHARP;
+        if (0..3).filter(told).count() < 2 {
+            return None;
+        }
+        let agrees = |k: usize| (away[k] - self.away[k]).abs() < AGREES * self.sd[k].hypot(read[k]);
+        let sd = read.map(|s| s.hypot(self.open));
+        let chi_squared = (0..3).filter(told).map(|k| (away[k] / sd[k]).powi(2)).sum();
+        let out = Self {
+            away,
+            sd,
+            chi_squared,
+            from,
+            ..self.clone()
+        };
+        (out.is_clear() && (0..3).filter(told).all(agrees)).then_some(out)
     }
 
     fn take_away(&self, model: &mut Model, name: &str) {

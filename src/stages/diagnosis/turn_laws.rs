@@ -133,6 +133,7 @@ mod tests {
             velocity_sd: 1e-4,
             acceleration: Vector2::zeros(),
             spin: 0.0,
+            spin_rate: (0.0, 0.0),
             axes: Matrix2x3::zeros(),
             inside: (turn * (p - x) - (p - tracked)).dot(&(turn * outward)),
             outward: turn * outward,

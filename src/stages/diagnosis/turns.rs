@@ -15,6 +15,7 @@ use super::fit::Fit;
 use super::turn_laws::{self, form, scatter, turn_laws};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::geometry::mass_properties;
+use crate::math::median;
 use crate::physics::pressed_underside;
 use crate::stages::estimation::{Company, Turned, company, support_normal, tumbles, turned};
 use crate::twin::{Link, Model};
@@ -28,6 +29,11 @@ const FACE: f64 = 1e-4;
 const DIRECTION: f64 = 0.01;
 /// Share of the friction force that inertia may reach; above that the balance of a stretch is not a quasi-static one.
 const INERTIAL: f64 = 0.3;
+/// What is not known of how hard a body is to turn, as a share, and the noise of an angle where nothing tells it, rad.
+const INERTIA: f64 = 0.15;
+const ANGLE: f64 = 2e-3;
+/// Share of the usual friction below which it does not slide everywhere.
+const HELD: f64 = 0.75;
 /// Difference of the tool's headings from which on its frame is not that of the room, rad.
 const TURNS: f64 = 0.3;
 /// Least offset and least share that are more than meshes and footprints may be off by, m.
@@ -45,6 +51,10 @@ struct Row {
     ahead: Vector2<f64>,
     /// Horizontal axes of the link in the plane: how the centre moves with its two unknowns.
     across: [Vector2<f64>; 2],
+    /// What turning it faster takes of the arm of the force, m, with what is not known of that.
+    inert: (f64, f64),
+    /// What friction resists with over the force, the rest of which makes it faster.
+    resists: f64,
     /// Points of the footprint about the centre of pressure, plane of the support, with their shares of the load.
     points: Vec<(Vector2<f64>, f64)>,
 }
@@ -112,6 +122,21 @@ impl Turns {
         Some(out)
     }
 
+    /// Where the centre of a body is from the centroid of its shape, m, frame of the link, with its standard deviation, as far as turning
+    /// told it; and the pushes that did.
+    pub fn centre(&self, full: &Fit, name: &str) -> Option<(Vector3<f64>, Vector3<f64>, Vec<String>)> {
+        let body = self.names.iter().position(|n| n == name)?;
+        let own = || full.groups.iter().filter(|g| self.bodies[**g] == body);
+        let axes = level(&self.rows[*own().next()?].first()?.turned.axes);
+        let (mut away, mut sd) = (Vector3::zeros(), Vector3::repeat(f64::INFINITY));
+        for (k, axis) in axes.into_iter().enumerate() {
+            let at = 3 * body + k;
+            (away[axis], sd[axis]) = (full.theta[at], full.covariance[(at, at)].max(0.0).sqrt());
+        }
+        let from: Vec<String> = own().map(|g| self.sheet.groups[*g].name.clone()).collect();
+        (from.len() >= FEWEST).then_some((away, sd, from))
+    }
+
     /// Whether the tool was turned from push to push.
     fn tool_turns(&self) -> bool {
         let headings: Vec<f64> = self.rows.iter().flatten().map(|r| r.turned.tool).collect();
@@ -145,11 +170,18 @@ fn rows_of(
     }
     let stretches = turned(capture, interaction, cut, model, &name)?;
     let mesh = model.meshes.get(link.mesh.as_ref()?)?;
-    let centroid = mass_properties(mesh)?.centroid;
+    let solid = mass_properties(mesh)?;
+    let centroid = solid.centroid;
     let weight = weight_of(link, capture, model);
     let mass = weight / capture.gravity.norm().max(1e-6);
+    let noise = capture.noise.rotation.or(cut.rotation_noise).unwrap_or(ANGLE);
+    let friction = |t: &Turned| (t.force - centre_faster(t, &centroid) * mass).norm();
+    let moves = |t: &&Turned| t.velocity.norm() >= 4.0 * t.velocity_sd;
+    // What hardly moves any more may hold less than friction.
+    let usual = median(&stretches.iter().filter(moves).map(friction).collect::<Vec<f64>>())?;
     let rows = stretches.into_iter().filter_map(|t| {
-        if t.velocity.norm() < 4.0 * t.velocity_sd || mass * t.acceleration.norm() > INERTIAL * t.force.norm() {
+        let hurried = mass * t.acceleration.norm() > INERTIAL * t.force.norm();
+        if !moves(&&t) || hurried || friction(&t) < HELD * usual {
             return None;
         }
         // Where the link lies in its own horizontal plane, about its origin.
@@ -161,7 +193,15 @@ fn rows_of(
         let ahead = t.force * (t.height / (load * weight));
         let wanted = Point2::from(centre + ahead);
         let under = pressed_underside(mesh, &pose, &wanted)?;
+        let up = pose.rotation.inverse() * Vector3::z();
+        let yaw = mass * up.dot(&(solid.inertia_per_density * up)) / solid.volume;
+        let arm = |rate: f64| yaw * rate / t.force.norm().max(1e-9);
         Some(Row {
+            inert: (
+                arm(t.spin_rate.0),
+                arm((INERTIA * t.spin_rate.0).hypot(noise * t.spin_rate.1)),
+            ),
+            resists: (friction(&t) / t.force.norm().max(1e-9)).clamp(0.5, 1.5),
             turned: t,
             centre,
             ahead: under.centre.coords - centre,
@@ -171,6 +211,12 @@ fn rows_of(
     });
     let rows: Vec<Row> = rows.collect();
     (rows.len() >= 2).then_some((name, rows))
+}
+
+/// Acceleration of the centroid, m/s², of which that of the tracked origin is told.
+fn centre_faster(t: &Turned, centroid: &Point3<f64>) -> Vector2<f64> {
+    let at = t.axes * centroid.coords;
+    t.acceleration + Vector2::new(-at.y, at.x) * t.spin_rate.0 - at * t.spin.powi(2)
 }
 
 /// N: as measured, else as friction says.
@@ -183,11 +229,16 @@ fn weight_of(link: &Link, capture: &Capture, model: &Model) -> f64 {
         .map_or(friction / 0.35, |m| m.value * gravity)
 }
 
-/// The two axes of a link that do not stand upright, in the plane.
+/// Which two axes of a link do not stand upright.
+fn level(axes: &nalgebra::Matrix2x3<f64>) -> [usize; 2] {
+    let flat = |k: usize| axes.column(k).norm();
+    let upright = (0..3).min_by(|a, b| flat(*a).total_cmp(&flat(*b))).unwrap_or(2);
+    [(upright + 1) % 3, (upright + 2) % 3]
+}
+
+/// Those axes, in the plane.
 fn horizontal(axes: &nalgebra::Matrix2x3<f64>) -> Option<[Vector2<f64>; 2]> {
-    let flat = |k: usize| axes.column(k).into_owned();
-    let upright = (0..3).min_by(|a, b| flat(*a).norm().total_cmp(&flat(*b).norm()))?;
-    let [a, b] = [(upright + 1) % 3, (upright + 2) % 3].map(flat);
+    let [a, b] = level(axes).map(|k| axes.column(k).into_owned());
     Some([a.try_normalize(1e-6)?, b.try_normalize(1e-6)?])
 }
 
@@ -212,7 +263,7 @@ fn channels(rows: &[Row], noise: f64) -> Vec<Channel> {
         // The motion is known less well than its smoothing shows where it is slow.
         let shaken = 0.05 * t.velocity_sd / speed;
         let hurried = 0.01 * t.acceleration.norm() / 9.81;
-        arm.hypot(shaken).hypot(hurried).hypot(0.3 * noise)
+        arm.hypot(shaken).hypot(hurried).hypot(0.3 * noise).hypot(r.inert.1)
     };
     let channel = |kind: usize, measured: Vec<f64>, aside: Vec<f64>| Channel {
         kind,
@@ -282,7 +333,7 @@ impl Family for Turns {
                 };
             }
             let at = row.centre + row.ahead + shift + offset;
-            out.push(at.perp(&way) + share * row.resisted(&shift) + frame[0] + scatter[0]);
+            out.push(at.perp(&way) + share * row.resists * row.resisted(&shift) + row.inert.0 + frame[0] + scatter[0]);
             let closing = -t.velocity.dot(&t.outward);
             faces.push(inside + delay * closing - offset.dot(&t.outward) + frame[1] + scatter[1]);
         }

@@ -34,6 +34,8 @@ pub struct Turned {
     pub acceleration: Vector2<f64>,
     /// About the support's normal, rad/s.
     pub spin: f64,
+    /// How fast that grows, rad/s², and its standard deviation for unit noise of an angle, 1/s².
+    pub spin_rate: (f64, f64),
     /// Plane vector of a link vector: `axes * v`.
     pub axes: Matrix2x3<f64>,
     /// How far the finger's surface is inside of the face that it touches, m.
@@ -94,6 +96,7 @@ pub fn turned(
         name,
         frame,
         outline,
+        normal,
         radius: action.tool.radius,
         smoothing: config.smoothing,
     };
@@ -107,6 +110,7 @@ struct Touch<'a> {
     name: &'a str,
     frame: PlaneFrame,
     outline: &'a Footprint,
+    normal: Vector3<f64>,
     radius: f64,
     smoothing: f64,
 }
@@ -114,7 +118,8 @@ struct Touch<'a> {
 impl Touch<'_> {
     fn at(&self, block: &Block) -> Option<Turned> {
         let path = self.interaction.tool_path.as_ref()?;
-        let body: Isometry3<f64> = motion_at(self.interaction.tracks.get(self.name)?, block.time, self.smoothing)?.pose;
+        let motion = motion_at(self.interaction.tracks.get(self.name)?, block.time, self.smoothing)?;
+        let body: Isometry3<f64> = motion.pose;
         let finger = self.frame.flat(&tool_at(path, block.time)?.coords);
         let near = self.outline.nearest(&self.frame.moved(&body), &finger.into());
         let row = path.time.partition_point(|t| *t < block.time).min(path.len() - 1);
@@ -141,6 +146,11 @@ impl Touch<'_> {
             velocity_sd: block.velocity_sd,
             acceleration: block.acceleration,
             spin: block.spin,
+            // Of a parabola through evenly spaced readings, by what its slope is known to.
+            spin_rate: (
+                motion.spin_rate.dot(&self.normal),
+                15.0_f64.sqrt() * motion.velocity_gain / self.smoothing,
+            ),
             axes: block.axes,
             inside,
             outward: near.outward,

@@ -62,6 +62,7 @@ mod predict;
 mod press_catalogue;
 mod press_closer;
 mod press_laws;
+mod press_moment;
 mod press_reads;
 mod press_spots;
 mod press_touches;

@@ -1,8 +1,8 @@
 //! What may be wrong with a linear spring: laws of the material and of the force sensor.
 
 use super::family::Active;
+use super::press_moment::Moment;
 use super::press_reads::FINE;
-use super::presses::Moment;
 use super::sensor_lag::ramp;
 
 pub(super) mod form {

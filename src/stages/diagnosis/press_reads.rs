@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 
 use super::predict::Scene;
-use super::presses::{BIN, Moment, PARTS};
+use super::press_moment::Moment;
+use super::presses::{BIN, PARTS};
 use crate::capture::ToolShape;
 use crate::math::{freed, interpolate, median};
 use crate::stages::estimation::{action_of, support_normal};

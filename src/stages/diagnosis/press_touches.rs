@@ -5,7 +5,8 @@ use nalgebra::Point3;
 use super::asking::Imagined;
 use super::family::{Channel, Group};
 use super::press_laws::Met;
-use super::presses::{BIN, EVEN, Moment, Presses};
+use super::press_moment::Moment;
+use super::presses::{BIN, EVEN, Presses};
 use crate::math::median;
 use crate::twin::AskedTouch;
 

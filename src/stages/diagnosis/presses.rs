@@ -10,6 +10,7 @@ use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::press_catalogue::{press_laws, scatter};
 use super::press_laws::{Memory, Met, lower, slight, sunk};
+use super::press_moment::Moment;
 use super::press_reads::Read;
 use super::press_spots::uneven_pad;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
@@ -32,44 +33,6 @@ const STIFF: [f64; 2] = [0.5, 0.08];
 const STEP: (f64, f64) = (0.04, 5e-5);
 /// Parts of a sample in which the tool meets the surface or leaves it: its mean force is not that at its mean depth.
 pub(super) const PARTS: usize = 5;
-/// One moment of a press.
-#[derive(Clone, Copy, Debug)]
-pub struct Moment {
-    /// Seconds since the capture began.
-    pub time: f64,
-    /// Seconds since the sample before.
-    pub step: f64,
-    /// How far the tool is below where it first met the surface, m; negative above.
-    pub depth: f64,
-    /// How fast that grows, m/s.
-    pub rate: f64,
-    /// Depth in its parts, m, where it is taken in parts.
-    pub parts: Option<[f64; PARTS]>,
-}
-
-impl Moment {
-    /// Those of them that are taken by themselves.
-    fn each(&self) -> impl Iterator<Item = Self> {
-        let whole = *self;
-        let part = move |k: usize, parts: [f64; PARTS]| {
-            let (a, b) = (k.saturating_sub(1), (k + 1).min(PARTS - 1));
-            Self {
-                time: whole.time + BIN * ((k as f64 + 0.5) / PARTS as f64 - 0.5),
-                step: whole.step / PARTS as f64,
-                depth: parts[k],
-                rate: (parts[b] - parts[a]) * PARTS as f64 / (BIN * (b - a) as f64),
-                parts: None,
-            }
-        };
-        let one = self.parts.is_none().then_some(whole);
-        let several = self
-            .parts
-            .into_iter()
-            .flat_map(move |p| (0..PARTS).map(move |k| part(k, p)));
-        one.into_iter().chain(several)
-    }
-}
-
 /// All presses of one capture.
 #[derive(Clone)]
 pub struct Presses {
@@ -349,14 +312,17 @@ impl Family for Presses {
         let [delay, step] = [base[base.len() - 2], base[base.len() - 1]];
         // What is read late tells the surface late.
         let late = self.met[group].late(stiffness, delay, active);
+        let mut before = None;
         let read = self.moments[group].iter().map(|m| {
             let count = if m.parts.is_some() { PARTS } else { 1 };
+            let taken = before;
             let one = |m: Moment| {
+                before = Some(m.time);
                 let shift = scatter[0] - late + delay * m.rate;
                 let meets = step * (1.0 - (-(m.depth - shift).max(0.0) / STEP.1).exp());
                 memory.force(&m, shift, active) + meets
             };
-            m.each().map(one).sum::<f64>() / count as f64
+            m.each(taken).map(one).sum::<f64>() / count as f64
         });
         let mut out: Vec<f64> = read.map(|f| f + scatter[1]).collect();
         let face = &base[bodies + self.all_spots + 3 * body..][..3];

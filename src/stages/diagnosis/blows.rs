@@ -3,6 +3,7 @@
 //! A tool that gives overshoots by itself: `c v` against dry friction, and `√(Δ² + c² v²)` from a static excess `Δ`. Pushes of like
 //! speed whose overshoot is another tell the excess, where the swings that follow hide it in what comes after.
 
+use super::push_ringing::Ringing;
 use super::pushes::Pushes;
 use super::rested::aged;
 use super::told::{Told, gain};
@@ -54,6 +55,8 @@ pub struct Blow {
     pub level: f64,
     /// Rate at which the body swings on the tool, as the force rose, rad/s.
     pub swings: f64,
+    /// How it rang, where it did.
+    pub rings: Option<Ringing>,
     /// How long it had rested, s.
     pub wait: f64,
     /// Nothing had moved it before.
@@ -62,7 +65,7 @@ pub struct Blow {
 
 impl Blow {
     /// Speed with which it was met, m/s: a tool that goes on slower than it came tells it by the body.
-    fn pace(&self) -> f64 {
+    pub(super) fn pace(&self) -> f64 {
         self.came.max(self.speed)
     }
 }
@@ -172,6 +175,7 @@ mod tests {
                 came: speed,
                 level: 3.0,
                 swings: 0.0,
+                rings: None,
                 wait: [10.0, 3.0, 30.0][k % 3],
                 first: k == 0,
                 size: 0.0,

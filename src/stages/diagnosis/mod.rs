@@ -71,6 +71,7 @@ mod profile;
 mod profile_words;
 mod push_catalogue;
 mod push_closer;
+mod push_doubts;
 mod push_extent;
 mod push_history;
 mod push_laws;

@@ -28,7 +28,7 @@ pub struct Ringing {
     /// rad/s.
     rate: f64,
     /// s.
-    decay: f64,
+    pub decay: f64,
 }
 
 impl Ringing {
@@ -79,6 +79,25 @@ impl Ringing {
         })
     }
 
+    /// The middle of several, each with the speed (m/s) of what it came from: of one that came from a speed of 1 m/s.
+    pub fn usual(all: &[(Self, f64)]) -> Option<Self> {
+        let heard: Vec<&(Self, f64)> = all.iter().filter(|(r, v)| r.size > 0.0 && *v > 0.0).collect();
+        let of = |value: &dyn Fn(&(Self, f64)) -> f64| median(&heard.iter().map(|r| value(r)).collect::<Vec<f64>>());
+        Some(Self {
+            size: of(&|(r, v)| r.size / v)?,
+            rate: of(&|(r, _)| r.rate)?,
+            decay: of(&|(r, _)| r.decay)?,
+        })
+    }
+
+    /// As many times as large.
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            size: self.size * factor,
+            ..self
+        }
+    }
+
     /// What is left of it `since` seconds after the beginning, N.
     pub fn envelope(&self, since: f64) -> f64 {
         self.size * (-since.max(0.0) / self.decay).exp()
@@ -127,6 +146,22 @@ mod tests {
             (found.rate - 120.0).abs() < 10.0 && (found.size - 1.5).abs() < 0.4,
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn most_pushes_tell_how_it_rings() {
+        let one = |speed: f64, decay: f64| {
+            let ringing = Ringing {
+                size: 30.0 * speed,
+                rate: 50.0,
+                decay,
+            };
+            (ringing, speed)
+        };
+        let all = [one(0.03, 0.04), one(0.06, 0.04), one(0.3, 0.01)];
+        let usual = Ringing::usual(&all).expect("three").times(0.3);
+        assert!((usual.size - 9.0).abs() < 1e-9 && (usual.decay - 0.04).abs() < 1e-9);
+        assert!(Ringing::usual(&[]).is_none());
     }
 
     #[test]

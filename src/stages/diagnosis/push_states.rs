@@ -13,6 +13,7 @@ use super::push_ringing::{self, Ringing};
 use super::push_windows::windows;
 use super::rubbing::{Rubbing, rubbing};
 use super::slide_touches::flies;
+use crate::base::Estimate;
 use crate::capture::Interaction;
 use crate::math::median;
 use crate::physics::Hold;
@@ -36,10 +37,6 @@ const HURRIED: f64 = 0.5;
 /// How well the direction of the surface at the contact is known, rad; and the way along which a hand leads that holds on.
 const DIRECTION: f64 = 0.15;
 const LED: f64 = 0.03;
-/// Pushes that tell what blow is usual.
-const FEW: usize = 4;
-/// A blow this many times the usual one of its speed may still be one.
-const EXCUSED: f64 = 1.5;
 /// Seconds in which the blow of a tool that bounces off dies down to a third.
 pub const RINGING: f64 = 0.1;
 /// Share of a ringing that is none of one rate and decay.
@@ -118,7 +115,7 @@ pub struct Observed {
     /// How the tool met it.
     pub blow: Blow,
     measured: Vec<Vector2<f64>>,
-    spread: Vec<f64>,
+    pub(super) spread: Vec<f64>,
     name: String,
     held_out: bool,
 }
@@ -167,7 +164,7 @@ impl Observed {
             return None;
         }
         let mass = link.mass.as_ref().map_or(0.3, |m| m.value);
-        let blow = Blow {
+        let mut blow = Blow {
             interaction: interaction.name.clone(),
             held_out: interaction.held_out,
             came: going(interaction, plane, &along, [onset, touched.1]).unwrap_or(0.0),
@@ -175,16 +172,11 @@ impl Observed {
             first: last.is_none(),
             ..impact(&time, &force, (&motion, touched.1), onset, mass)
         };
-        let rings = ringing(scene, &flat, &along, [onset, touched.1], blow.swings);
-        for s in states.iter_mut().filter(|s| s.contact) {
-            let since = s.time + zero - onset;
-            s.ringing = rings.map_or(blow.size * (-since / RINGING).exp(), |r| UNEVEN * r.envelope(since));
-            s.phases = rings.map_or([0.0; 2], |r| r.phases(since, BIN));
-            s.inertia *= mass * laden;
-        }
+        blow.rings = ringing(scene, &flat, &along, [onset, touched.1], blow.swings);
+        ring(&mut states, &blow, onset - zero, mass * laden);
         borne(&mut states, scene, &normal, load);
         lade(&mut states, mass, laden, foretold_load(scene, link, &found.carried));
-        let weighed = link.mass.as_ref().is_some_and(|m| m.is_told());
+        let weighed = link.mass.as_ref().is_some_and(weighed);
         let (states, measured, spread) = windows(&states, &measured, &along, noise?);
         let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
         let largest = finite.fold(0.0, f64::max);
@@ -234,6 +226,22 @@ fn ringing(
     Ringing::of(&time, &force, within, swings)
 }
 
+/// What may ring in these states after a blow at `onset` (s since the capture began), and what speeds up a `mass` (kg).
+fn ring(states: &mut [State], blow: &Blow, onset: f64, mass: f64) {
+    for s in states.iter_mut().filter(|s| s.contact) {
+        let since = s.time - onset;
+        let fades = blow.size * (-since / RINGING).exp();
+        s.ringing = blow.rings.map_or(fades, |r| UNEVEN * r.envelope(since));
+        s.phases = blow.rings.map_or([0.0; 2], |r| r.phases(since, BIN));
+        s.inertia *= mass;
+    }
+}
+
+/// Whether a mass was told by what is not pushed: one that pushes tell goes with the friction that they are read with.
+fn weighed(mass: &Estimate) -> bool {
+    mass.is_told() && !mass.method.starts_with("accelerated-push")
+}
+
 /// Whether all went to and fro along one line, of the room or of the body itself.
 pub fn along_one_line<'a>(states: impl Iterator<Item = &'a State>, of_body: bool) -> bool {
     let axis = |s: &State| {
@@ -244,37 +252,6 @@ pub fn along_one_line<'a>(states: impl Iterator<Item = &'a State>, of_body: bool
     let moving = states.filter(|s| s.contact && s.heading.norm() > 0.5);
     let (sum, count) = moving.fold((Vector2::zeros(), 0.0), |(sum, n), s| (sum + axis(s), n + 1.0));
     sum.norm() > ONE_LINE * f64::max(count, 1.0)
-}
-
-/// A blow by the same tool is as its speed: a force that overshoots by more than others of its speed do is no ringing,
-/// and it is not excused as one.
-pub fn excuse_blows(seen: &mut [Observed]) {
-    let per_speed: Vec<f64> = seen.iter().map(|o| o.blow.size / o.blow.speed).collect();
-    let Some(usual) = median(&per_speed).filter(|_| seen.len() >= FEW) else {
-        return;
-    };
-    for push in seen {
-        let share = (EXCUSED * usual * push.blow.speed / push.blow.size.max(1e-9)).min(1.0);
-        push.states.iter_mut().for_each(|s| s.ringing *= share);
-    }
-}
-
-/// What turns is resisted less along its way, and how much less hangs on how its weight is spread: beyond what all pushes share the
-/// plain model leaves open this share of it.
-const TURNS: f64 = 0.1;
-
-/// Doubts the forces of what turns.
-pub fn doubt_turns(seen: &mut [Observed]) {
-    let largest = |body: &str| {
-        let own = seen.iter().filter(|o| o.body == body).flat_map(|o| &o.states);
-        own.map(|s| s.force.norm()).fold(0.0, f64::max)
-    };
-    let even: Vec<f64> = seen.iter().map(|o| largest(&o.body)).collect();
-    for (push, even) in seen.iter_mut().zip(even) {
-        for (state, spread) in push.states.iter().zip(&mut push.spread).filter(|(s, _)| s.contact) {
-            *spread = spread.hypot(TURNS * (even - state.force.norm()));
-        }
-    }
 }
 
 /// What had been done to a body before.

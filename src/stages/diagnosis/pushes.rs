@@ -12,11 +12,12 @@ use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::predict::Scene;
 use super::push_catalogue::{self, push_laws, scatter};
+use super::push_doubts::{doubt_turns, excuse_blows, ring_as_usual};
 use super::push_history::History;
 use super::push_laws;
 use super::push_motion::paces;
 use super::push_plane::{lean_of, origin_of, plane_of};
-use super::push_states::{Observed, State, along_one_line, doubt_turns, excuse_blows};
+use super::push_states::{Observed, State, along_one_line};
 use super::push_touches::Ready;
 use super::push_windows::{USUAL, WIDTH, besides, covariates, only_shown};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
@@ -105,6 +106,7 @@ impl Pushes {
             all.extend(seen);
         }
         excuse_blows(&mut all);
+        ring_as_usual(&mut all);
         doubt_turns(&mut all);
         let noise: Vec<f64> = all.iter().map(|s| s.noise).collect();
         for seen in all {

@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::compare::pairs;
+use super::late_paths::{delay, late};
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
-use crate::math::{correlated_mean, interpolate, mad_sd, median, robust_linear, t_tail, weighted_linear};
+use crate::math::{LinearFit, correlated_mean, mad_sd, median, robust_linear, t_tail};
 use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 
 /// Fewest pushes that tell it.
@@ -24,8 +25,9 @@ const START: f64 = 3e-3;
 /// Largest speed over the least from which on a delay is told from a length, and the most by which a tip gives, m.
 const PACES: f64 = 1.5;
 const GIVES: f64 = 1.5e-3;
-/// Span over which a predicted path is differentiated, s.
-const SPAN: f64 = 0.02;
+/// Standard deviations from which on a tip is taken to give, and the sum of squares over that of what slides on up to which it does as well.
+const GIVEN: f64 = 2.0;
+const AS_WELL: f64 = 1.2;
 
 /// One push: its name, when it began (s), its largest speed (m/s) and by how much what is tracked trails the tool (s).
 struct Late {
@@ -36,7 +38,8 @@ struct Late {
 }
 
 /// What the pushes say together: `tau + rate (time − first) + coast speed`. A body that slides on after the tool has left
-/// ends farther, and the surface that was found from its end lies too far: it seems late by its speed over `2 mu g`.
+/// ends farther, and the surface that was found from its end lies too far: it seems late by its speed over `2 mu g`. A tip that gives
+/// by a way makes it late by that over its speed instead.
 struct Together {
     tau: (f64, f64),
     rate: Option<(f64, f64)>,
@@ -62,16 +65,31 @@ impl Together {
         if drifts && span > 0.0 {
             columns.push(Box::new(move |e| (e.time - first) / span));
         }
-        let a = DMatrix::from_fn(each.len(), columns.len(), |i, k| columns[k](&each[i]));
-        let b = DVector::from_iterator(each.len(), each.iter().map(|e| e.tau));
-        let fit = robust_linear(&a, &b)?;
-        let told = |k: usize| (fit.x[k], fit.sd(k).max(1e-4));
-        let coast = if coasts { fit.x[1] } else { 0.0 };
+        let fitted = |columns: &[Column]| {
+            let a = DMatrix::from_fn(each.len(), columns.len(), |i, k| columns[k](&each[i]));
+            let b = DVector::from_iterator(each.len(), each.iter().map(|e| e.tau));
+            robust_linear(&a, &b)
+        };
+        let mut fit = fitted(&columns)?;
+        let mut given = false;
+        if coasts {
+            // A tip that gives, in the place of bodies that slide on, where that does as well.
+            let coasting = std::mem::replace(&mut columns[1], Box::new(|e| 1.0 / e.speed));
+            let left = |f: &LinearFit| f.residuals.norm_squared();
+            let gives = |f: &LinearFit| (GIVEN * f.sd(1)..GIVES).contains(&f.x[1]) && left(f) < AS_WELL * left(&fit);
+            match fitted(&columns).filter(gives) {
+                Some(other) => (fit, given) = (other, true),
+                None => columns[1] = coasting,
+            }
+        }
         let last = columns.len() - 1;
+        let told = |k: usize| (fit.x[k], fit.sd(k).max(1e-4));
+        let beside = if coasts { fit.x[1] } else { 0.0 };
+        let other = |e: &Late| beside * if given { 1.0 / e.speed } else { e.speed };
         Some(Self {
             tau: told(0),
             rate: (drifts && span > 0.0).then(|| (fit.x[last] / span, told(last).1 / span)),
-            values: each.iter().map(|e| e.tau - coast * e.speed).collect(),
+            values: each.iter().map(|e| e.tau - other(e)).collect(),
             rest: mad_sd(fit.residuals.as_slice())?,
             first,
         })
@@ -255,47 +273,6 @@ fn gain(judged: &[&Trace], sealed: bool, by: &dyn Fn(f64) -> f64) -> Option<Gain
     })
 }
 
-/// Seconds by which one path trails its prediction, and its largest speed, m/s: regression of what is left on the predicted
-/// speed and, for what the tool missed of the surface, on the way.
-fn delay(curve: &Curve) -> Option<(f64, f64)> {
-    let speed = |t: f64| {
-        let (a, b) = (later(curve, t, -SPAN)?, later(curve, t, SPAN)?);
-        Some((a - b) / (2.0 * SPAN))
-    };
-    let rows: Vec<(f64, f64, f64)> = (0..curve.time.len())
-        .filter_map(|i| {
-            let (m, p) = (*curve.measured.get(i)?, *curve.predicted.get(i)?);
-            (m.is_finite() && p.is_finite()).then_some((m - p, speed(curve.time[i])?, p))
-        })
-        .collect();
-    let top = rows.iter().map(|r| r.1.abs()).fold(0.0, f64::max);
-    let way = rows.iter().map(|r| r.2.abs()).fold(0.0, f64::max);
-    // Standing before and after is what tells a delay from a surface that was missed.
-    let standing = rows.iter().filter(|r| r.1.abs() < 0.1 * top).count();
-    if rows.len() < 20 || standing < 10 || rows.len() - standing < 5 || top < 5e-3 || way < 0.01 {
-        return None;
-    }
-    let a = DMatrix::from_fn(rows.len(), 2, |i, k| if k == 0 { -rows[i].1 } else { rows[i].2 / way });
-    let b = DVector::from_iterator(rows.len(), rows.iter().map(|r| r.0));
-    let fit = weighted_linear(&a, &b, &DVector::from_element(rows.len(), 1.0))?;
-    fit.x[0].is_finite().then_some((fit.x[0], top))
-}
-
-/// The prediction `by` seconds earlier.
-fn later(curve: &Curve, t: f64, by: f64) -> Option<f64> {
-    let (first, last) = (curve.time.first()?, curve.time.last()?);
-    interpolate(&curve.time, &curve.predicted, (t - by).clamp(*first, *last)).filter(|p| p.is_finite())
-}
-
-/// A curve whose predictions are `by` seconds late.
-fn late(curve: &Curve, by: f64) -> Curve {
-    let at = |t: &f64| later(curve, *t, by).unwrap_or(f64::NAN);
-    Curve {
-        predicted: curve.time.iter().map(at).collect(),
-        ..curve.clone()
-    }
-}
-
 /// Root mean square error, and the noise; offsets that every push has anew are left in.
 fn error(curves: &[Curve]) -> Option<(f64, f64)> {
     let squares: Vec<f64> = curves.iter().flat_map(pairs).map(|(m, p)| (m - p).powi(2)).collect();
@@ -331,6 +308,19 @@ mod tests {
     fn pushes(tau: f64) -> Vec<Trace> {
         let all = [0.02, 0.04, 0.08, 0.03, 0.06, 0.05].into_iter().enumerate();
         all.map(|(i, v)| push(&format!("push-{i}"), v, tau, i > 4)).collect()
+    }
+
+    #[test]
+    fn a_tip_that_gives_is_no_camera_that_is_late() {
+        let speeds = [0.03, 0.03, 0.06, 0.06, 0.12, 0.25, 0.25, 0.03];
+        let of = |way: f64, tau: f64| -> Vec<Trace> {
+            let each = speeds.iter().enumerate();
+            each.map(|(i, v)| push(&format!("p{i}"), *v, tau + way / v, i == 7))
+                .collect()
+        };
+        assert!(delay_finding(&of(2e-4, 4e-3)).is_none());
+        let late = delay_finding(&of(2e-4, 2e-2)).expect("a delay");
+        assert!((late.parameters["tau"].value - 2e-2).abs() < 3e-3, "{late:?}");
     }
 
     #[test]

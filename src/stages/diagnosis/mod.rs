@@ -34,6 +34,7 @@ mod joint_starts;
 mod joint_told;
 mod joints;
 mod laid;
+mod late_paths;
 mod leftover;
 mod levels;
 mod lifted;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::family::{Active, Law, Parameter};
 use super::motion_history::{freed, history_laws};
-use super::motion_places::{closer_of, hardens, local_laws, notch};
+use super::motion_places::{closer_of, hardens, local_laws, notch, yielding};
 use super::motion_sensor::{read, sensor_laws};
 use super::motion_stops::Stop;
 use super::motions::Scale;
@@ -44,6 +44,7 @@ pub(super) mod form {
     pub const LIMIT_LOW_STIFFENING: usize = 31;
     pub const SPRING_HARDENING: usize = 32;
     pub const NOTCH_TAILED: usize = 33;
+    pub const SPRING_YIELDING: usize = 34;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -131,6 +132,7 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::QUADRATIC => x[0] * v * v.abs(),
             form::SPRING => x[0] * (q - x[1]),
             form::SPRING_HARDENING => x[0] * (q - x[1]) * (1.0 + x[2] * (q - x[1]).powi(2)),
+            form::SPRING_YIELDING => x[0] * (q - x[1]) / ((q - x[1]) / x[2].exp()).hypot(1.0),
             form::SLOPE => -x[0],
             form::GRAVITY => -(x[0] * q.cos() + x[1] * q.sin()),
             form::DETENT | form::NOTCH | form::NOTCH_EDGED | form::NOTCH_TAILED => notch(a.law.form, x, q),
@@ -352,7 +354,11 @@ fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         vec![vec![low], vec![0.5 * (low + high)], vec![high]],
         "the joint is drawn back the farther it is moved",
     );
-    let mut laws = vec![closer_of(spring.clone(), hardens(span, s.turns)), spring];
+    let mut laws = vec![
+        closer_of(spring.clone(), hardens(span, s.turns)),
+        yielding(&spring, span, s.turns),
+        spring,
+    ];
     if s.turns {
         let amplitude = |name| Parameter::amplitude(name, effort, 0.5 * s.load);
         laws.push(make.law(

@@ -148,6 +148,15 @@ pub(super) fn closer_of(law: Law, more: Parameter) -> Law {
     }
 }
 
+/// A spring of which the pull comes to an end: `k (q - q0) / sqrt(1 + ((q - q0) / yields)²)`.
+pub(super) fn yielding(spring: &Law, span: f64, turns: bool) -> Law {
+    let yields = Parameter::scale("yields", if turns { "rad" } else { "m" }, 0.5 * span, 0.7);
+    Law {
+        form: form::SPRING_YIELDING,
+        ..closer_of(spring.clone(), yields)
+    }
+}
+
 /// A place that lies there for sure.
 fn within(unit: &'static str, name: &'static str, [from, to]: [f64; 2]) -> Parameter {
     Parameter {
@@ -262,6 +271,13 @@ mod tests {
         }
         // Of the power two it falls as the cube of the distance.
         assert!((tailed(qd + 40.0 * w, 2.0) / tailed(qd + 80.0 * w, 2.0) - 8.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_spring_that_yields_is_a_plain_one_near_its_rest_and_pulls_no_more_far_from_it() {
+        let force = |q: f64| at(q, form::SPRING_YIELDING, &[2.0, 0.3, 0.5_f64.ln()]);
+        assert!((force(0.31) - 2.0 * 0.01).abs() < 1e-5);
+        assert!((force(50.3) - 1.0).abs() < 1e-3 && (force(0.8) - 1.0 / 2.0_f64.sqrt()).abs() < 1e-9);
     }
 
     #[test]

@@ -2,10 +2,12 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::Vector2;
+
 use super::family::{Law, Parameter};
 use super::push_catalogue::{law, share_by_heading};
 use super::push_laws::form;
-use super::push_places::{differs, round, steepness, workspace};
+use super::push_places::{differs, loose, round, steepness, workspace};
 use super::pushes::Pushes;
 
 /// Forms with more numbers, which are tried where the one that they extend was taken up.
@@ -49,7 +51,46 @@ pub(super) fn closer_laws(pushes: &Pushes) -> Vec<Law> {
             )
         },
     ];
-    creased.into_iter().chain(ovals).collect()
+    let weakening = Law {
+        extends: &[form::WEAKENING, form::WEAKENING_SQUARE],
+        ..law(
+            "velocity-weakening-friction",
+            "support",
+            form::WEAKENING_SHAPED,
+            vec![Parameter::positive("a", "1", 0.3)],
+            vec![Parameter::scale("vs", "m/s", 0.02, 0.8), power(), slow_tail()],
+            [[1.0, 0.3], [1.5, 0.8], [2.0, 0.1], [0.7, 0.1]]
+                .map(|[n, tail]: [f64; 2]| vec![n.ln(), tail])
+                .to_vec(),
+            "friction is stronger at low speed",
+        )
+    };
+    creased
+        .into_iter()
+        .chain(ovals)
+        .chain([weakening, fastened(middle, sd)])
+        .collect()
+}
+
+/// A tether that is fastened beside the body's centre.
+fn fastened(middle: Vector2<f64>, sd: f64) -> Law {
+    let tether = loose(middle, sd, form::TETHER_OF_BODY);
+    let on_body = ["ex", "ey"].map(|name| Parameter::place(name, 0.0, 0.02));
+    let sides = [[0.0, 0.0], [0.015, 0.0], [-0.015, 0.0], [0.0, 0.015], [0.0, -0.015]];
+    let starts = sides
+        .iter()
+        .flat_map(|on| tether.grid.iter().map(move |start| [start.as_slice(), on].concat()));
+    Law {
+        extends: &[
+            form::TETHER,
+            form::TETHER_SLACK,
+            form::TETHER_ROUND,
+            form::TETHER_CAUGHT,
+        ],
+        grid: starts.collect(),
+        parameters: tether.parameters.iter().cloned().chain(on_body).collect(),
+        ..tether.clone()
+    }
 }
 
 /// Friction by the heading with a part that goes four times a turn.
@@ -91,6 +132,25 @@ fn stretched() -> Vec<Parameter> {
         ..Parameter::place("angle", 0.0, 2.0)
     };
     vec![stretch, angle]
+}
+
+/// The power of the speed with which friction falls.
+fn power() -> Parameter {
+    Parameter {
+        low: 0.5_f64.ln(),
+        high: 3.0_f64.ln(),
+        ..Parameter::scale("n", "1", 1.2, 0.4)
+    }
+}
+
+/// How slowly its fall ends: of nearly nought an exponential, of one as one over that power.
+fn slow_tail() -> Parameter {
+    Parameter {
+        unit: "1",
+        low: 0.02,
+        high: 1.5,
+        ..Parameter::place("tail", 0.3, 0.4)
+    }
 }
 
 /// The logarithm of the power with which a place ends: of nought a Gaussian, of two a disc.

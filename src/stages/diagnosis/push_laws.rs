@@ -50,6 +50,9 @@ pub mod form {
     pub const ANISOTROPY_OF_BODY_CREASED: usize = 42;
     pub const PATCH_OVAL: usize = 43;
     pub const BUMP_OVAL: usize = 44;
+    pub const BUMP_STEP: usize = 45;
+    pub const WEAKENING_SHAPED: usize = 46;
+    pub const TETHER_OF_BODY: usize = 47;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -59,6 +62,11 @@ pub fn share(active: &Active, s: &State, length: f64, load: f64, share: &mut f64
     *share += match active.law.form {
         form::WEAKENING => v[0] * (-s.speed / v[1].exp()).exp(),
         form::WEAKENING_SQUARE => v[0] * (-(s.speed / v[1].exp()).powi(2)).exp(),
+        // With no tail exp(-u^n), else what falls as a power of the speed.
+        form::WEAKENING_SHAPED => {
+            let u = (s.speed / v[1].exp()).powf(v[2].exp());
+            v[0] * (1.0 + v[3] * u).powf(-1.0 / v[3])
+        }
         form::AGEING => v[0] * (1.0 + s.wait).log10() * (-s.slip / length).exp(),
         // The contact is renewed over the slip length, and its age counts by its logarithm (Dieterich 1979).
         form::AGEING_RENEWED => v[0] * (1.0 + s.wait * (-s.slip / v[1].exp()).exp()).log10(),
@@ -111,6 +119,7 @@ pub fn is_about_a_place(form: usize) -> bool {
             | form::BUMP
             | form::BUMP_BOUNDED
             | form::BUMP_OVAL
+            | form::BUMP_STEP
             | form::MAGNET
             | form::MAGNET_FAR
     )
@@ -221,6 +230,12 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
             let slope = Vector2::new(own.x * (-v[4]).exp(), own.y * v[4].exp()) / r;
             Rotation2::new(v[5]) * slope * (-v[0] * load * (-0.5 * oval(away, r, [v[4], v[5]])).exp())
         }
+        // A step along a line, up along its direction: its height is an integral of a Gaussian.
+        form::BUMP_STEP => {
+            let way = Vector2::new(v[4].cos(), v[4].sin());
+            let out = way.dot(&(s.at - Vector2::new(v[1], v[2]))) / v[3].exp();
+            way * (v[0] * load * (-0.5 * out * out).exp())
+        }
         form::BUMP_BOUNDED => tailed(v[1], v[2], v[3].exp(), v[4]) * (-v[0] * load),
         form::MAGNET_FAR => tailed(v[1], v[2], v[3].exp(), v[4]) * v[0],
         form::BUMP => hill(v[1], v[2], v[3].exp()) * (-v[0] * load),
@@ -233,11 +248,16 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
         }
         form::TETHER => (s.at - Vector2::new(v[1], v[2])) * v[0],
         // Slack within a circle: taut from there on, or caught there with all that it was stretched.
-        form::TETHER_ROUND | form::TETHER_CAUGHT => {
-            let away = s.at - Vector2::new(v[1], v[2]);
+        form::TETHER_ROUND | form::TETHER_CAUGHT | form::TETHER_OF_BODY => {
+            // It may be fastened elsewhere than at the body's centre.
+            let fastened = match v.get(4..6) {
+                Some(on) => Rotation2::new(s.turn) * Vector2::new(on[0], on[1]),
+                None => Vector2::zeros(),
+            };
+            let away = s.at + fastened - Vector2::new(v[1], v[2]);
             let far = away.norm().max(1e-9);
             let beyond = ((far - v[3]) / TAUT).clamp(-30.0, 30.0);
-            if active.law.form == form::TETHER_ROUND {
+            if active.law.form != form::TETHER_CAUGHT {
                 let stretched = if beyond < 30.0 {
                     TAUT * beyond.exp().ln_1p()
                 } else {

@@ -106,6 +106,15 @@ pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "the table rises at one place: up costs what down gives back",
         ),
         law(
+            "bump",
+            "support",
+            form::BUMP_STEP,
+            vec![steepness()],
+            [places(middle, sd), vec![narrow(), uphill()]].concat(),
+            steps(&at),
+            "the table rises along a line: up costs what down gives back",
+        ),
+        law(
             "magnet",
             "support",
             form::MAGNET_FAR,
@@ -115,6 +124,37 @@ pub(super) fn local_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "something pulls the body towards one place",
         ),
     ]
+}
+
+/// The width of a step: a wide one is a slope.
+fn narrow() -> Parameter {
+    Parameter {
+        high: 0.02_f64.ln(),
+        ..Parameter::scale("R", "m", 0.008, 0.4)
+    }
+}
+
+/// The angle of the way up a step.
+fn uphill() -> Parameter {
+    Parameter {
+        unit: "rad",
+        ..Parameter::place("angle", 0.5 * PI, 2.0)
+    }
+}
+
+/// Starts of a step: in some directions, by where bodies were along them. What is up one way is down the other.
+fn steps(at: &[Vector2<f64>]) -> Vec<Vec<f64>> {
+    let along = |turn: f64| {
+        let way = Vector2::new(turn.cos(), turn.sin());
+        let mut by: Vec<&Vector2<f64>> = at.iter().collect();
+        by.sort_by(|a, b| way.dot(a).total_cmp(&way.dot(b)));
+        let each = [0.1, 0.3, 0.5, 0.7, 0.9].map(|q| by.get((q * by.len() as f64) as usize).copied());
+        let starts = each.into_iter().flatten();
+        starts
+            .map(move |p| vec![p.x, p.y, 0.008_f64.ln(), turn])
+            .collect::<Vec<_>>()
+    };
+    [0.0, 0.25, 0.5, 0.75].map(|turn| along(turn * PI)).concat()
 }
 
 /// How the slope of a hill with an edge falls, and the pull of poles that reaches far: middle and standard deviation of the
@@ -198,7 +238,7 @@ fn leaning(pushes: &Pushes) -> Option<Law> {
 }
 
 /// A tether that is slack within a circle about where it is tied.
-fn loose(middle: Vector2<f64>, sd: f64, form: usize) -> Law {
+pub(super) fn loose(middle: Vector2<f64>, sd: f64, form: usize) -> Law {
     let length = Parameter {
         low: 0.0,
         high: 0.3,

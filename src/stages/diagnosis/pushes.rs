@@ -323,11 +323,11 @@ impl Family for Pushes {
     fn shows(&self, law: usize) -> bool {
         use push_laws::form::{
             ANISOTROPY, ANISOTROPY_CREASED, ANISOTROPY_OF_BODY, ANISOTROPY_OF_BODY_CREASED, RATE_STATE, VISCOUS,
-            VISCOUS_POWER, WEAKENING, WEAKENING_SQUARE,
+            VISCOUS_POWER, WEAKENING, WEAKENING_SHAPED, WEAKENING_SQUARE,
         };
         let fitted = || (0..self.states.len()).filter(|g| !self.sheet.groups[*g].held_out);
         match self.sheet.laws[law].form {
-            RATE_STATE | VISCOUS | VISCOUS_POWER | WEAKENING | WEAKENING_SQUARE => {
+            RATE_STATE | VISCOUS | VISCOUS_POWER | WEAKENING | WEAKENING_SHAPED | WEAKENING_SQUARE => {
                 self.paces[1] <= 0.0 || self.paces[1] >= PACES * self.paces[0]
             }
             form @ (ANISOTROPY | ANISOTROPY_CREASED | ANISOTROPY_OF_BODY | ANISOTROPY_OF_BODY_CREASED) => {

@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector2};
 
 use super::family::{Active, Law};
 use super::press_laws::{self, Memory};
-use super::presses::Moment;
+use super::press_moment::Moment;
 use super::push_laws::{form, oval, share, table};
 use super::push_states::State;
 
@@ -106,6 +106,51 @@ fn a_hill_pushes_back_by_its_slope() {
     ) / (2.0 * h);
     let force = held_by_table(form::BUMP_OVAL, &values, &at(0.012, -0.004, 1.0));
     assert!((force - slope * 5.0).norm() < 1e-6, "{force} {slope}");
+}
+
+#[test]
+fn a_tether_pulls_where_it_is_fastened() {
+    let s = at(0.05, 0.02, 1.0);
+    let centred = held_by_table(form::TETHER_ROUND, &[20.0, 0.0, 0.0, 0.03], &s);
+    let nowhere = held_by_table(form::TETHER_OF_BODY, &[20.0, 0.0, 0.0, 0.03, 0.0, 0.0], &s);
+    assert!((centred - nowhere).norm() < 1e-12);
+    // Turned by a quarter, what is fastened ahead of it is beside it.
+    let turned = State {
+        turn: std::f64::consts::FRAC_PI_2,
+        ..s.clone()
+    };
+    let pulled = held_by_table(form::TETHER_OF_BODY, &[20.0, 0.0, 0.0, 0.03, 0.02, 0.0], &turned);
+    let other = held_by_table(form::TETHER_ROUND, &[20.0, 0.0, 0.0, 0.03], &at(0.05, 0.04, 1.0));
+    assert!((pulled - other).norm() < 1e-9, "{pulled} {other}");
+}
+
+#[test]
+fn a_step_costs_by_its_slope_and_only_across_it() {
+    let values = [0.2, 0.02, 0.01, 0.008f64.ln(), 0.6];
+    let way = Vector2::new(0.6f64.cos(), 0.6f64.sin());
+    let s = at(0.022, 0.004, 1.0);
+    let out = way.dot(&(s.at - Vector2::new(0.02, 0.01))) / 0.008;
+    let force = held_by_table(form::BUMP_STEP, &values, &s);
+    assert!((force - way * (0.2 * 5.0 * (-0.5 * out * out).exp())).norm() < 1e-9);
+    // Along the line nothing changes.
+    let along = at(0.022 - 0.1 * way.y, 0.004 + 0.1 * way.x, 1.0);
+    assert!((held_by_table(form::BUMP_STEP, &values, &along) - force).norm() < 1e-9);
+}
+
+#[test]
+fn friction_that_falls_has_the_two_forms_that_its_closer_one_extends() {
+    let state = |speed: f64| State {
+        speed,
+        ..at(0.0, 0.0, 1.0)
+    };
+    let of = |form: usize, values: &[f64], speed: f64| shared(form, values, &state(speed));
+    for speed in [0.005, 0.02, 0.06] {
+        let (vs, nearly) = (0.02f64.ln(), 1e-6);
+        let even = of(form::WEAKENING_SHAPED, &[0.3, vs, 0.0, nearly], speed);
+        assert!((even - of(form::WEAKENING, &[0.3, vs], speed)).abs() < 1e-5);
+        let square = of(form::WEAKENING_SHAPED, &[0.3, vs, 2f64.ln(), nearly], speed);
+        assert!((square - of(form::WEAKENING_SQUARE, &[0.3, vs], speed)).abs() < 1e-5);
+    }
 }
 
 #[test]

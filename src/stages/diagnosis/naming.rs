@@ -112,6 +112,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.prefer_the_likeliest();
     climb.prefer_what_takes_away();
     climb.look_closer(0);
+    climb.take_one_for_two();
     climb.drop_the_misshapen();
     Some(standing(family, climb.finish()))
 }

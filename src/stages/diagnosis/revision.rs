@@ -127,11 +127,7 @@ impl Climb<'_> {
         let family = self.family;
         for k in first..self.taken.len() {
             let own = &family.laws()[self.taken[k].law];
-            let extends = |l: &usize| {
-                let other = &family.laws()[*l];
-                other.cause == own.cause && other.place == own.place && other.extends.contains(&own.form)
-            };
-            let closer: Vec<usize> = self.closer.iter().copied().filter(extends).collect();
+            let closer = self.closer_than(own);
             if closer.is_empty() {
                 continue;
             }
@@ -159,6 +155,43 @@ impl Climb<'_> {
                 self.taken[k] = taken;
                 self.full = better.fit;
             }
+        }
+    }
+
+    /// The closer forms of a law.
+    fn closer_than(&self, own: &Law) -> Vec<usize> {
+        let laws = self.family.laws();
+        let extends = |l: &usize| {
+            let other = &laws[*l];
+            other.cause == own.cause && other.place == own.place && other.extends.contains(&own.form)
+        };
+        self.closer.iter().copied().filter(extends).collect()
+    }
+
+    /// Two effects of which one alone, in a closer form, explains as much are that one: what came first fitted a part of its form.
+    pub(super) fn take_one_for_two(&mut self) {
+        let family = self.family;
+        let [a, b] = self.taken.as_slice() else { return };
+        let worth = self.full.log_evidence - self.plain.log_evidence;
+        let before = leave_one_out(family, &self.full);
+        let one = |own: &Taken| {
+            let law = &family.laws()[own.law];
+            let shape: Vec<f64> = values(family, &self.full, own.law)
+                .iter()
+                .skip(law.amplitudes)
+                .map(|v| v.0)
+                .collect();
+            let closer = self.closer_than(law);
+            let score = |l: &usize| scored_at(family, &self.plain, (*l, &from(&shape, &family.laws()[*l])), false);
+            let scored: Vec<Scored> = closer.iter().map(score).collect();
+            self.found(&self.plain, &scored).into_iter().next()
+        };
+        let as_well =
+            |c: &Candidate| c.gain > worth - EVEN && paired(&leave_one_out(family, &c.fit), &before).0 > -EVEN;
+        let found = [a, b].into_iter().filter_map(one).filter(as_well);
+        if let Some(best) = found.max_by(|x, y| x.gain.total_cmp(&y.gain)) {
+            self.taken = vec![taken_up(best.law, best.gain, &[])];
+            self.full = best.fit;
         }
     }
 
@@ -281,6 +314,33 @@ mod tests {
             (theta[1] - 0.4).abs() < 0.05 && (theta[2] - 0.5).abs() < 0.1,
             "{theta:?}"
         );
+    }
+
+    #[test]
+    fn one_effect_in_a_closer_form_stands_for_two_that_explain_no_more() {
+        let left = |hidden: &[(usize, f64)]| {
+            let toy = Toy::new(hidden, 9).all_fitted();
+            let groups: Vec<usize> = (0..Toy::FITTED).collect();
+            let noise = Noise::start(&toy);
+            let plain = fit(&toy, &[], &[1.0], &noise, &groups);
+            let full = fit(&toy, &[2, 0], &[1.0, 0.1, 0.1], &noise, &groups);
+            let mut climb = Climb {
+                family: &toy,
+                all: vec![0, 1, 2],
+                closer: vec![3],
+                plain,
+                full,
+                taken: [2, 0].map(|law| taken_up(law, 20.0, &[])).into(),
+                untestable: Vec::new(),
+                tried: Vec::new(),
+                hoped: false,
+                polishes: 0,
+            };
+            climb.take_one_for_two();
+            (climb.taken.iter().map(|t| t.law).collect::<Vec<_>>(), climb.full.laws)
+        };
+        assert_eq!(left(&[(3, 0.4)]), (vec![3], vec![3]));
+        assert_eq!(left(&[(2, 0.4), (0, 0.3)]), (vec![2, 0], vec![2, 0]));
     }
 
     #[test]

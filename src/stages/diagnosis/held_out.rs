@@ -4,6 +4,7 @@ use super::alike::{acts_at_a_place, on_the_table};
 use super::evidence::{foretold, paired};
 use super::family::{Family, Scatter};
 use super::fit::{Fit, fit, parameters};
+use super::judges::{moved, silent};
 use super::leftover::left_over;
 use super::marginal::{Point, group_state, predict, weights};
 use super::named::values;
@@ -24,10 +25,9 @@ const MOST: f64 = 1e6;
 /// Share of it that such a law has to take away where every interaction passes its place.
 const IDLE: f64 = 0.1;
 /// Log evidence, nats, beyond which a law stands though no held-out interaction can judge it, where it is the first and where it is
-/// not; change of what is foretold of them, in units of the noise, from which on they can. Stops of MuJoCo joints that no held-out
-/// motion came to gained 35 and 85 nats, laws of a place in 44 clean captures of such joints nothing.
+/// not. Stops of MuJoCo joints that no held-out motion came to gained 35 and 85 nats, laws of a place in 44 clean captures of such
+/// joints nothing.
 const BEYOND_DOUBT: (f64, f64) = (20.0, 100.0);
-const TELLS: f64 = 0.3;
 /// Share of the error that a law of one place takes away below which held-out interactions do not show it.
 const UNSEEN: f64 = 0.02;
 /// From this share of what repeats leave open on, a law that every interaction meets has to make its error smaller.
@@ -159,7 +159,9 @@ fn judged(
     };
     // Motions that all pass the place have to be foretold better by it, where they can tell.
     let undoubted = if first { BEYOND_DOUBT.0 } else { BEYOND_DOUBT.1 };
-    let mute = taken.gain > undoubted && !moved(family, before, after, taken.law);
+    // Nor can those tell that it does nothing to, though the numbers of the plain model are others beside it.
+    let quiet = silent(family, after, taken.law);
+    let mute = taken.gain > undoubted && [before, &quiet].iter().any(|b| !moved(family, b, after, taken.law));
     let idle = law.grid.len() > 1 && family.passes_all_places() && gain.reduction < IDLE && !mute;
     let idle = idle && (acts_at_a_place(law.cause) || !foretells());
     // What only interactions show that were fitted has to show it well.
@@ -213,24 +215,6 @@ fn little_of_lateness(sigma: f64, gain: &Gain, (worth, first): (f64, bool), join
 fn takes_away(sigma: f64, gain: &Gain) -> f64 {
     let above = |rmse: f64| (rmse * rmse - sigma * sigma).max(0.0);
     1.0 - above(gain.rmse_after) / above(gain.rmse_before).max(1e-30)
-}
-
-/// Whether a law changes what is foretold of held-out interactions by enough, where that is known well, for them to judge it.
-fn moved(family: &dyn Family, before: &Fit, after: &Fit, law: usize) -> bool {
-    let kind = family.about(law);
-    let (mut square, mut total) = (0.0, 0.0);
-    for g in (0..family.groups().len()).filter(|g| family.groups()[*g].held_out) {
-        let channels = family.groups()[g].channels.iter();
-        let own = channels.flat_map(|c| std::iter::repeat_n(c.kind == kind, c.measured.len()));
-        let changes = left(family, before, g, true)
-            .into_iter()
-            .zip(left(family, after, g, true));
-        for (((a, b), w), _) in changes.zip(weights(family, g)).zip(own).filter(|(_, own)| *own) {
-            square += (w * (a - b)).powi(2);
-            total += w * w;
-        }
-    }
-    (square / f64::max(total, 1e-30)).sqrt() > TELLS * family.kinds().get(kind).map_or(0.0, |k| k.sigma)
 }
 
 /// Whether held-out interactions are foretold worse by more than noise at rest and repeats leave open: an effect that they do not meet leaves them

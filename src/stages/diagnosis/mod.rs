@@ -33,6 +33,7 @@ mod joint_paths;
 mod joint_starts;
 mod joint_told;
 mod joints;
+mod judges;
 mod laid;
 mod late_paths;
 mod leftover;

@@ -45,6 +45,7 @@ pub(super) mod form {
     pub const SPRING_HARDENING: usize = 32;
     pub const NOTCH_TAILED: usize = 33;
     pub const SPRING_YIELDING: usize = 34;
+    pub const SOFT_CLOSE_EDGED: usize = 35;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -142,6 +143,8 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::LIMIT_LOW_STIFFENING => -x[0] * stiffening((x[1] - q).max(0.0), x[2].exp()),
             form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
             // Its piston is pushed in, and not drawn out again.
+            // All of it up to half of where that ends, but for an edge.
+            form::SOFT_CLOSE_EDGED => x[0] * v / (1.0 + ((q - 0.5 * x[1].exp()) / x[2].exp()).exp()),
             form::SOFT_CLOSE_ONE_WAY => x[0] * v.min(0.0) * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
             _ => 0.0,
         }

@@ -88,6 +88,7 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, closed, low)));
     laws.extend(stops);
     laws.extend([form::SOFT_CLOSE, form::SOFT_CLOSE_ONE_WAY].map(|form| soft_close(make, s, form)));
+    laws.push(edged_close(make, s));
     // Closed may be where the joint stood when the capture began, though it is moved past that.
     if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
         let shut = [-0.05 * span, 0.05 * span];
@@ -218,6 +219,17 @@ fn soft_close(make: &Maker, s: &Scale, form: usize) -> Law {
     )
 }
 
+/// A soft close that is as strong up to some place, and ends there within an edge.
+fn edged_close(make: &Maker, s: &Scale) -> Law {
+    let span = (s.range[1] - s.range[0]).max(1e-6);
+    let edge = Parameter::scale("edge", if s.turns { "rad" } else { "m" }, 0.1 * span, 0.8);
+    Law {
+        form: form::SOFT_CLOSE_EDGED,
+        extends: &[form::SOFT_CLOSE],
+        ..closer_of(soft_close(make, s, form::SOFT_CLOSE), edge)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::family::Active;
@@ -271,6 +283,27 @@ mod tests {
         }
         // Of the power two it falls as the cube of the distance.
         assert!((tailed(qd + 40.0 * w, 2.0) / tailed(qd + 80.0 * w, 2.0) - 8.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn an_edged_close_damps_before_its_edge_and_not_beyond_it() {
+        let force = |q: f64| {
+            let law = law(form::SOFT_CLOSE_EDGED);
+            let values = [0.2, 0.6_f64.ln(), 0.02_f64.ln()];
+            let moved = Moved {
+                position: q,
+                speed: 0.5,
+                ..Moved::default()
+            };
+            effort(
+                &moved,
+                &[Active {
+                    law: &law,
+                    values: &values,
+                }],
+            )
+        };
+        assert!((force(0.1) - 0.1).abs() < 1e-4 && force(0.5).abs() < 1e-4 && (force(0.3) - 0.05).abs() < 1e-9);
     }
 
     #[test]

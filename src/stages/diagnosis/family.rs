@@ -57,6 +57,14 @@ impl Parameter {
         }
     }
 
+    /// When a reading that creeps was nought, s before the capture's first moment: sensors are set to nought about then.
+    pub fn nought_before() -> Self {
+        Self {
+            unit: "s",
+            ..Self::place("since", 0.0, 3.0)
+        }
+    }
+
     /// The power of a speed with which what damps grows, below that of a linear damper.
     pub fn less_than_linear() -> Self {
         Self {

@@ -143,7 +143,7 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
             form::LEVER => load * (1.0 + x[0] * m.position.cos() + x[1] * m.position.sin()),
             form::BIAS => load + x[0] * m.lever,
             form::BIAS_ROOM => load + m.lever * m.way.dot(&Vector3::from_column_slice(&x[..3])),
-            form::DRIFT => load + x[0] * m.time * m.lever,
+            form::DRIFT => load + x[0] * (m.time + x[1]) * m.lever,
             form::SATURATION => load.clamp(-x[0].exp() * m.lever, x[0].exp() * m.lever),
             // What turns takes the force through the sensor's axes: each of them ends for itself.
             form::SATURATION_ROOM => {
@@ -204,10 +204,11 @@ pub(super) fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             force("b", "N", 0.3),
             "a constant force is read that is not there",
         ),
-        make.plain(
+        make.law(
             "force-drift",
             form::DRIFT,
-            force("d", "N/s", 0.002),
+            (vec![force("d", "N/s", 0.002)], vec![Parameter::nought_before()]),
+            vec![vec![0.0]],
             "what is read drifts with time",
         ),
         make.law(

@@ -320,10 +320,12 @@ fn sensor_laws(presses: &Presses) -> Vec<Law> {
             Parameter::amplitude("b", "N", 0.3),
             "the sensor reads a force without touching",
         ),
-        plain(
+        law(
             "force-drift",
             form::SENSOR_DRIFT,
-            Parameter::amplitude("d", "N/s", 0.1 / 60.0),
+            vec![Parameter::amplitude("d", "N/s", 0.1 / 60.0)],
+            vec![Parameter::nought_before()],
+            vec![vec![0.0]],
             "the reading without touching creeps with time",
         ),
         law(

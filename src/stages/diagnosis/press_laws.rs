@@ -305,7 +305,7 @@ impl Memory {
         let v = a.values;
         match a.law.form {
             form::BIAS => force + v[0],
-            form::SENSOR_DRIFT => force + v[0] * m.time,
+            form::SENSOR_DRIFT => force + v[0] * (m.time + v[1]),
             form::SATURATION => force.min(v[0].exp()),
             form::SATURATION_ROUND => {
                 let over = (force / v[0].exp()).abs().powf(v[1].exp());

@@ -253,8 +253,8 @@ fn sensor_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "sensor",
             form::DRIFT_ALONG,
             vec![a("d", "N/s", 0.1 / 60.0)],
-            Vec::new(),
-            none(),
+            vec![Parameter::nought_before()],
+            vec![vec![0.0]],
             "the reading without touching creeps with time",
         ),
         law(
@@ -262,8 +262,8 @@ fn sensor_laws(pushes: &Pushes, scale: f64) -> Vec<Law> {
             "sensor",
             form::DRIFT_WORLD,
             vec![a("dx", "N/s", 0.1 / 60.0), a("dy", "N/s", 0.1 / 60.0)],
-            Vec::new(),
-            none(),
+            vec![Parameter::nought_before()],
+            vec![vec![0.0]],
             "the reading without touching creeps with time",
         ),
         law(

@@ -282,8 +282,8 @@ pub fn offset(active: &Active, s: &State, along: &Vector2<f64>, plane: &[Vector3
         form::BIAS_WORLD => Vector2::new(v[0], v[1]),
         // In the room as the tool was held, and turning with it.
         form::BIAS_HELD => Rotation2::new(s.twist) * Vector2::new(v[0], v[1]),
-        form::DRIFT_ALONG => along * (v[0] * s.time),
-        form::DRIFT_WORLD => Vector2::new(v[0], v[1]) * s.time,
+        form::DRIFT_ALONG => along * (v[0] * (s.time + v[1])),
+        form::DRIFT_WORLD => Vector2::new(v[0], v[1]) * (s.time + v[2]),
         _ => Vector2::zeros(),
     };
 }

@@ -76,6 +76,17 @@ impl Parameter {
         }
     }
 
+    /// The power of a speed with which what damps grows, where no other cause grows faster.
+    pub fn about_linear() -> Self {
+        Self {
+            name: "power",
+            unit: "1",
+            low: 0.45,
+            high: 2.0,
+            ..Self::place("power", 1.0, 0.3)
+        }
+    }
+
     /// A positive shape parameter, log-normal with this median.
     pub fn scale(name: &'static str, unit: &'static str, median: f64, log_sd: f64) -> Self {
         let centre = median.ln();

@@ -44,6 +44,7 @@ mod marginal;
 mod missed;
 mod motion_bars;
 mod motion_blur;
+mod motion_faced;
 mod motion_history;
 mod motion_laws;
 mod motion_led;

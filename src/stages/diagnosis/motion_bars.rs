@@ -8,6 +8,8 @@ use super::naming::NAMED;
 /// Log evidence over the plain model, nats, from which on a play is named, and one that frees the joint of nearly all friction.
 const PLAY: [f64; 2] = [25.0, 15.0];
 const WHOLE: f64 = 0.9;
+/// Share of the range below which a play is not told from how motions start, and the same of one that frees the joint of nearly all.
+const RESOLVED: [f64; 2] = [0.02, 0.01];
 /// Share of the friction below which more of it as the joint sets out is usual.
 const USUAL: f64 = 0.1;
 /// Seconds below which what is read late is as good as read at once.
@@ -21,6 +23,11 @@ pub(super) fn named_from(form: usize, values: &[f64]) -> f64 {
         form::BACKLASH | form::BACKLASH_ANEW => PLAY[1],
         _ => NAMED,
     }
+}
+
+/// Least play that is told, as a share of the range, of one that frees the joint of this share of its friction.
+pub(super) fn resolved(share: f64) -> f64 {
+    RESOLVED[if share < WHOLE { 0 } else { 1 }]
 }
 
 /// How common a weight is where a joint stands level or upright beside what does as well, a bias of the force where a weight does,

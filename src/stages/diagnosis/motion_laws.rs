@@ -46,6 +46,8 @@ pub(super) mod form {
     pub const NOTCH_TAILED: usize = 33;
     pub const SPRING_YIELDING: usize = 34;
     pub const SOFT_CLOSE_EDGED: usize = 35;
+    pub const BIAS_FACED: usize = 36;
+    pub const DRIFT_FACED: usize = 37;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -73,6 +75,8 @@ pub struct Moved {
     pub lever: f64,
     /// Unit vector, in the room, of the force that moves it.
     pub way: Vector3<f64>,
+    /// The same of where its motion leads from where that begins; zero where nowhere.
+    pub faced: Vector3<f64>,
     /// Way since it last stood or turned back, rad or m.
     pub slip: f64,
     /// Way since it last turned back, or since it was first seen where it has not yet, rad or m.
@@ -218,7 +222,9 @@ impl Maker<'_> {
             form,
             form::BIAS
                 | form::BIAS_ROOM
+                | form::BIAS_FACED
                 | form::DRIFT
+                | form::DRIFT_FACED
                 | form::SATURATION
                 | form::SATURATION_ROOM
                 | form::LAG

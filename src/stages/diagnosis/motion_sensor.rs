@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::family::{Active, Law, Parameter};
+use super::motion_faced::faced_laws;
 use super::motion_laws::{Maker, Moved, form};
 use super::motion_reads::BIN;
 use super::motion_stops::Stop;
@@ -143,6 +144,8 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
             form::LEVER => load * (1.0 + x[0] * m.position.cos() + x[1] * m.position.sin()),
             form::BIAS => load + x[0] * m.lever,
             form::BIAS_ROOM => load + m.lever * m.way.dot(&Vector3::from_column_slice(&x[..3])),
+            form::BIAS_FACED => load + x[0] * m.lever * m.way.dot(&m.faced),
+            form::DRIFT_FACED => load + x[0] * (m.time + x[1]) * m.lever * m.way.dot(&m.faced),
             form::DRIFT => load + x[0] * (m.time + x[1]) * m.lever,
             form::SATURATION => load.clamp(-x[0].exp() * m.lever, x[0].exp() * m.lever),
             // What turns takes the force through the sensor's axes: each of them ends for itself.
@@ -258,6 +261,9 @@ pub(super) fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         ),
     ];
     laws.extend(room_laws(make, s));
+    if s.faces {
+        laws.extend(faced_laws(make));
+    }
     laws
 }
 

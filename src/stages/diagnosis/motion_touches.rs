@@ -173,6 +173,7 @@ impl Motions {
                 load: 0.0,
                 lever: self.lever * touch.arm,
                 way: Vector3::zeros(),
+                faced: Vector3::zeros(),
                 slip,
                 back,
                 turned_back,

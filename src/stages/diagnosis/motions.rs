@@ -15,6 +15,7 @@ use super::fit::Fit;
 use super::levels::{Level, Number};
 use super::motion_bars;
 use super::motion_blur::{Open, gains, inertia_of};
+use super::motion_faced::{both_ways, chord};
 use super::motion_history::{Turning, bonded, loose};
 use super::motion_laws::{Moved, TOLD, base_of, effort, form, held, motion_laws, open_at_rest, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
@@ -31,8 +32,8 @@ use crate::twin::{Joint, JointKind, Model};
 pub(super) const EVEN: f64 = 0.015;
 /// Share of the fast speeds below which the direction of friction is not sure.
 const SLOW: f64 = 0.06;
-/// Share of the range below which a play is not told from how motions start.
-const RESOLVED: f64 = 0.02;
+/// Share of the range below which a way is none.
+const TOLD_FROM_NONE: f64 = 0.02;
 /// Step of the sensor over dry friction from which on its rounding is no noise.
 const COARSE: f64 = 0.5;
 /// Logarithm of what a joint may rub over what is read of it where that is cut off.
@@ -57,6 +58,8 @@ pub struct Scale {
     /// Lowest and highest position, rad or m.
     pub range: [f64; 2],
     pub turns: bool,
+    /// Motions lead both ways.
+    pub faces: bool,
     /// What a finger that touched nothing read.
     pub free: Free,
 }
@@ -139,6 +142,7 @@ impl Motions {
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,
+            faces: both_ways(reads),
             free,
         };
         let noise = median(&reads.iter().map(|r| r.noise).collect::<Vec<f64>>())? * lever;
@@ -167,7 +171,7 @@ impl Motions {
             free,
             lever,
             zero,
-            turning: Turning::new(RESOLVED * (scale.range[1] - scale.range[0])),
+            turning: Turning::new(TOLD_FROM_NONE * (scale.range[1] - scale.range[0])),
             handle: None,
             struck: Vec::new(),
             bounded: joint.limits.is_some(),
@@ -210,7 +214,7 @@ impl Motions {
     }
 
     fn add(&mut self, read: &Read) {
-        let l = &read.loads;
+        let (l, faced) = (&read.loads, chord(&read.loads));
         let mut travelled: f64 = 0.0;
         let mut rests = 0.0;
         let mut moments = Vec::with_capacity(l.len());
@@ -240,6 +244,7 @@ impl Motions {
                 load: l[i].load,
                 lever: l[i].lever,
                 way: l[i].way,
+                faced,
                 slip: travelled,
                 back,
                 turned_back,
@@ -341,8 +346,8 @@ impl Family for Motions {
     /// friction.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
-        let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW) && values[1].exp() < RESOLVED * self.span;
-        plays
+        let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW);
+        plays && values[1].exp() < motion_bars::resolved(values[0]) * self.span
             || motion_bars::usual(form, values)
             || form == form::SATURATION_ROOM
                 && values[0].exp() < CUTS * self.usual()

@@ -90,8 +90,8 @@ fn friction_laws() -> Vec<Law> {
             "support",
             form::VISCOUS_POWER,
             vec![positive("b", "N*s/m", 4.0)],
-            vec![Parameter::less_than_linear()],
-            vec![vec![0.7]],
+            vec![Parameter::about_linear()],
+            vec![vec![0.7], vec![1.4]],
             "friction grows with speed",
         ),
         law(

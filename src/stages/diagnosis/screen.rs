@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::evidence::{leave_one_out, paired};
-use super::family::{Family, Parameter};
+use super::family::{Family, Parameter, Scatter};
 use super::fit::{Fit, fit};
 use super::marginal::{Noise, Point, group_state};
 
@@ -25,7 +25,8 @@ pub struct Candidate {
     pub gain: f64,
     /// Gain in foretelling left-out interactions, and its standard error, nats.
     pub foretold: (f64, f64),
-    /// A number of the base was nowhere near what is known of it, and with the candidate it is.
+    /// A number of the base was nowhere near what is known of it, or interactions scattered as none do, and with the candidate it is
+    /// and they do not.
     pub relieves: bool,
 }
 
@@ -243,9 +244,16 @@ fn off(fit: &Fit, k: usize, number: &Parameter) -> f64 {
     ((fit.theta[k] - number.centre) / number.sd).abs()
 }
 
+/// How many times the scatter that was expected of interactions what is taken for it cannot be, and may be.
+const TORN: f64 = 10.0;
+const EVEN: f64 = 2.0;
+
 fn relieves(family: &dyn Family, base: &Fit, with: &Fit) -> bool {
     let mut numbers = family.base().iter().enumerate();
-    numbers.any(|(k, p)| off(base, k, p) > STRAINED && off(with, k, p) < EASY)
+    let torn =
+        |k: usize, s: &Scatter| !s.nuisance && base.noise.tau[k] > TORN * s.tau && with.noise.tau[k] < EVEN * s.tau;
+    let mut scatter = family.scatter().iter().enumerate();
+    numbers.any(|(k, p)| off(base, k, p) > STRAINED && off(with, k, p) < EASY) || scatter.any(|(k, s)| torn(k, s))
 }
 
 /// Full fits of the laws that are worth one, and how well they foretell what is left out.

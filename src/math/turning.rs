@@ -15,6 +15,17 @@ pub struct Turned {
     pub hinge: Point3<f64>,
 }
 
+impl Turned {
+    /// The steepest way down, a unit vector in the plane as it stood at the start, when it was turned farthest: it may have been turned
+    /// back since. `normal` is that of the start.
+    pub fn downhill(&self, normal: &Vector3<f64>, gravity: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let farthest = self.turn.iter().max_by(|a, b| a.angle().total_cmp(&b.angle()))?;
+        let steep = farthest * normal;
+        let down = (gravity - steep * gravity.dot(&steep)).try_normalize(1e-9)?;
+        Some(farthest.inverse() * down)
+    }
+}
+
 /// The shortest rotation that takes the first normal to each normal, at the times of the points.
 fn turns(normal_times: &[f64], normals: &[Vector3<f64>], times: &[f64]) -> Option<Vec<UnitQuaternion<f64>>> {
     let axes: Vec<Vec<f64>> = (0..3).map(|k| normals.iter().map(|n| n[k]).collect()).collect();
@@ -80,4 +91,29 @@ pub fn turned_displacement(
         displacement,
         hinge,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn downhill_is_where_the_plane_was_steepest_though_it_was_turned_back() {
+        let time: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
+        let tilt = |i: i32| 0.3 * (1.0 - (f64::from(i) - 30.0).abs() / 30.0);
+        let normals: Vec<Vector3<f64>> = (0..60)
+            .map(|i| Vector3::new(0.0, tilt(i).sin(), tilt(i).cos()))
+            .collect();
+        let hinge = Point3::new(0.0, 0.1, 0.0);
+        let points: Vec<Point3<f64>> = (0..60)
+            .map(|i| hinge + UnitQuaternion::from_scaled_axis(Vector3::x() * -tilt(i)) * Vector3::new(0.02, -0.1, 0.0))
+            .collect();
+        let turned =
+            turned_displacement(&time, &normals, &time, &points, 1e-4, &Point3::origin()).expect("all is seen");
+        let down = turned
+            .downhill(&normals[0], &(-9.81 * Vector3::z()))
+            .expect("it was tilted");
+        assert!((down - Vector3::y()).norm() < 1e-9, "{down}");
+        assert!(turned.displacement.iter().all(|d| d.norm() < 1e-6));
+    }
 }

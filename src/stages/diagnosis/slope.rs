@@ -33,10 +33,7 @@ pub fn slope(scene: &Scene, track: &PoseStream) -> Option<Slope> {
         .iter()
         .map(|q| (q * start).dot(&-gravity).clamp(-1.0, 1.0).acos())
         .collect();
-    // The steepest way down at the end, seen in the plane as it stood at the start.
-    let last = turned.turn.last()?;
-    let normal = last * start;
-    let down = last.inverse() * (gravity - normal * gravity.dot(&normal)).try_normalize(1e-9)?;
+    let down = turned.downhill(&start, &gravity)?;
     let slid = turned.displacement.iter().map(|d| d.dot(&down)).collect();
     Some(Slope { angle, slid })
 }

@@ -37,17 +37,11 @@ fn run_of(
     let normals: Vec<Vector3<f64>> = path.vector.iter().map(|n| n.into_inner()).collect();
     let noise = segmented.position_noise.unwrap_or(5e-4).max(1e-5);
     let turned = turned_displacement(&path.time, &normals, &track.time, &track.position, noise, guess)?;
-    let axis = normals.first()?.cross(normals.last()?);
-    let downhill = axis.try_normalize(1e-6)?.cross(&normals[0]);
+    let downhill = turned.downhill(normals.first()?, gravity)?;
     let drive = Slope {
         time: path.time.clone(),
         along: normals.iter().map(|n| (gravity - n * gravity.dot(n)).norm()).collect(),
         normal: normals.iter().map(|n| -gravity.dot(n)).collect(),
-    };
-    let downhill = if gravity.dot(&(turned.turn.last()? * downhill)) > 0.0 {
-        downhill
-    } else {
-        -downhill
     };
     let home = track.rotation.iter().flatten().next().copied();
     let mut run = Run {

@@ -32,6 +32,7 @@ use super::sensor::{as_one, rounded_away, sensor_findings};
 use super::sensor_lag::{SensorLag, lag_of};
 use super::shown::pictured;
 use super::sinking::without_what_sinks;
+use super::swerves::swerves;
 use super::tares::tare_finding;
 use super::told::told_by_one_number;
 use super::tosses::of_all_bodies;
@@ -125,7 +126,7 @@ pub fn diagnose(
     let late = hand_delay(capture, segmented, model).filter(|late| config.allows(late.cause()));
     let on_time = late.as_ref().map(|late| late.undone(capture));
     let of_joints = on_time.as_ref().unwrap_or(capture);
-    let (mut experiments, curves) = name_causes(of_joints, segmented, model, (config, faults), &mut findings);
+    let (mut experiments, mut curves) = name_causes(of_joints, segmented, model, (config, faults), &mut findings);
     findings.extend(play_findings(of_joints, segmented, model, &findings, notices));
     let traces = predicted(capture, model, (&curves.full, &curves.full_tosses));
     let fast: &[Inertial] = if findings.iter().any(swings) { &[] } else { &curves.fast };
@@ -142,6 +143,7 @@ pub fn diagnose(
     findings.extend(sensor_findings(capture, faults, &traces));
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
+    curves.left_beside(swerves(capture, &slid, &findings));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);

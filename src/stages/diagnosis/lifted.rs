@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::predict::{Outcome, Scene};
 use super::trace::Predicted;
@@ -134,6 +134,44 @@ const BLOW: f64 = 0.3;
 /// Share of its rise below which what is let down may have met something.
 const HELD: f64 = 0.5;
 
+/// A grip that turns what it holds.
+struct Grip<'a> {
+    time: &'a [f64],
+    /// Turn of the tool since it began.
+    turn: Vec<UnitQuaternion<f64>>,
+    /// Where it began, m.
+    from: Vector3<f64>,
+}
+
+impl<'a> Grip<'a> {
+    /// Nothing where the tool does not grip, or its orientation is not known throughout.
+    fn of(scene: &Scene<'a>) -> Option<Self> {
+        scene.interaction.tool.as_ref().filter(|t| t.grip)?;
+        let path = scene.interaction.tool_path.as_ref()?;
+        let first = (*path.rotation.first()?)?;
+        let turn: Option<Vec<UnitQuaternion<f64>>> =
+            path.rotation.iter().map(|q| Some((*q)? * first.inverse())).collect();
+        Some(Self {
+            time: &path.time,
+            turn: turn?,
+            from: path.position.first()?.coords,
+        })
+    }
+
+    fn turned(&self, t: f64) -> UnitQuaternion<f64> {
+        let after = self.time.partition_point(|x| *x < t).min(self.time.len() - 1);
+        let before = after.saturating_sub(1);
+        let span = (self.time[after] - self.time[before]).max(1e-9);
+        self.turn[before].nlerp(&self.turn[after], ((t - self.time[before]) / span).clamp(0.0, 1.0))
+    }
+
+    /// How far what began at `at` is moved by turning alone, m.
+    fn swung(&self, t: f64, at: &Vector3<f64>) -> Vector3<f64> {
+        let arm = at - self.from;
+        self.turned(t) * arm - arm
+    }
+}
+
 /// The same as poses.
 fn raised_paths(
     scene: &Scene,
@@ -143,18 +181,24 @@ fn raised_paths(
 ) -> BTreeMap<String, Path> {
     let up = support_normal(scene.capture, scene.model);
     let rest = first_rest(scene.interaction, scene.segmented);
+    let grip = Grip::of(scene);
     let of = |(name, track): (&String, &crate::capture::PoseStream)| {
         let start = rest_pose(track, rest)?;
-        let raised = |h: &f64| {
+        let raised = |(h, t): (&f64, &f64)| {
             let mut pose = start;
             if along.contains(name) {
-                pose.0.translation.vector += up.into_inner() * (h - ground).max(0.0);
+                let swung = grip
+                    .as_ref()
+                    .map(|g| (g.swung(*t, &start.translation.vector), g.turned(*t)));
+                let (aside, turned) = swung.unwrap_or_default();
+                pose.0.translation.vector += aside + up.into_inner() * (h - ground).max(0.0);
+                pose.0.rotation = turned * start.rotation;
             }
             pose
         };
         let path = Path {
             time: action.tool.time.clone(),
-            poses: height.iter().map(raised).collect(),
+            poses: height.iter().zip(&action.tool.time).map(raised).collect(),
         };
         Some((name.clone(), path))
     };
@@ -165,10 +209,17 @@ fn raised_paths(
 fn raised_curves(scene: &Scene, action: &Action, (height, ground): (&[f64], f64), along: &[String]) -> Vec<Curve> {
     let up = support_normal(scene.capture, scene.model);
     let rest = first_rest(scene.interaction, scene.segmented);
+    let grip = Grip::of(scene);
     let of = |(name, track): (&String, &crate::capture::PoseStream)| {
         let start: Pose = rest_pose(track, rest)?;
         let from = start.translation.vector.dot(&up);
-        let rise = |t: &f64| interpolate(&action.tool.time, height, *t).map_or(f64::NAN, |h| (h - ground).max(0.0));
+        let swung = |t: f64| {
+            grip.as_ref()
+                .map_or(0.0, |g| g.swung(t, &start.translation.vector).dot(&up))
+        };
+        let rise = |t: &f64| {
+            interpolate(&action.tool.time, height, *t).map_or(f64::NAN, |h| (h - ground).max(0.0) + swung(*t))
+        };
         Some(Curve {
             label: format!("{name}: upwards"),
             quantity: Quantity::Position,

@@ -104,6 +104,7 @@ mod slide;
 mod slide_touches;
 mod slope;
 mod structure;
+mod swerves;
 mod tares;
 #[cfg(test)]
 mod tests_of_forms;

@@ -178,12 +178,13 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
             by_hand,
         };
         let led = led(&read, (interaction, cut), joint, model);
-        Some((read, led, brief))
+        let held = interaction.tool.as_ref().is_some_and(|t| t.grip || t.pin);
+        Some((read, led, brief, held))
     };
-    let each: Vec<(Read, Option<Read>, Option<Brief>)> = capture.interactions.iter().filter_map(one).collect();
-    // By the path of the tool all of them, or none: their speeds are to be of one kind.
-    let all_led = each.iter().all(|(_, led, _)| led.is_some());
-    let taken = |(read, led, brief): (Read, Option<Read>, Option<Brief>)| match led.filter(|_| all_led) {
+    let each: Vec<(Read, Option<Read>, Option<Brief>, bool)> = capture.interactions.iter().filter_map(one).collect();
+    // By the path of the tool all that it holds, or none: their speeds are to be of one kind.
+    let all_led = each.iter().all(|(_, led, _, held)| led.is_some() || !held);
+    let taken = |(read, led, brief, _): (Read, Option<Read>, Option<Brief>, bool)| match led.filter(|_| all_led) {
         Some(led) => (led, None),
         None => (read, brief),
     };

@@ -6,7 +6,7 @@ use super::lifted::lift;
 use super::slide::slide_curves;
 use super::trace::Predicted;
 use super::{Curve, Quantity, Trace};
-use crate::capture::{Capture, Interaction, Kind, Segmented};
+use crate::capture::{Capture, Interaction, Kind, PoseStream, Segmented};
 use crate::math::{interpolate, median};
 use crate::physics::{Action, Press, predict_press, predict_tilt};
 use crate::stages::estimation::{action_of, first_rest, rest_pose, support_normal};
@@ -124,18 +124,48 @@ impl Scene<'_> {
 }
 
 /// Nothing is done: everything stays where it is.
+/// Way and time within which what was let go before has come to rest, m and s, and the way in units of the noise.
+const RESTS: (f64, f64) = (4e-3, 0.2);
+const JITTERS: f64 = 10.0;
+
+/// The first row from which on it does not go far for a while.
+fn comes_to_rest(track: &PoseStream, noise: f64) -> Option<usize> {
+    let known = |i: &usize| track.position[*i].coords.iter().all(|x| x.is_finite());
+    let stays = |i: usize| {
+        let soon = (i..track.len()).take_while(|k| track.time[*k] <= track.time[i] + RESTS.1);
+        let away = soon
+            .filter(known)
+            .map(|k| (track.position[k] - track.position[i]).norm());
+        known(&i) && away.fold(0.0, f64::max) < RESTS.0.max(JITTERS * noise)
+    };
+    (0..track.len()).find(|i| stays(*i))
+}
+
 fn hold(scene: &Scene) -> Outcome {
     let rest = first_rest(scene.interaction, scene.segmented);
     let mut curves = Vec::new();
     for (name, track) in &scene.interaction.tracks {
-        let Some(start) = rest_pose(track, rest) else { continue };
+        let Some(mut start) = rest_pose(track, rest) else {
+            continue;
+        };
+        let noise = scene.position_noise().unwrap_or(0.0);
+        let Some(rests) = comes_to_rest(track, noise) else {
+            continue;
+        };
+        // What still moves as it begins is judged from where it comes to rest.
+        if rests > 0 {
+            let soon = (rests..track.len()).take_while(|k| track.time[*k] <= track.time[rests] + RESTS.1);
+            let x: Vec<f64> = soon.map(|k| track.position[k].x).filter(|x| x.is_finite()).collect();
+            start.0.translation.vector.x = median(&x).unwrap_or(start.0.translation.vector.x);
+        }
         let away = |p: &Point3<f64>| p.x - start.translation.vector.x;
+        let stays = |i: usize| if i < rests { f64::NAN } else { 0.0 };
         curves.push(Curve {
             label: format!("{name}: x"),
             quantity: Quantity::Position,
             time: track.time.clone(),
             measured: track.position.iter().map(away).collect(),
-            predicted: vec![0.0; track.len()],
+            predicted: (0..track.len()).map(stays).collect(),
             noise: scene.position_noise(),
         });
     }

@@ -246,11 +246,17 @@ fn delay_of(all: &[Inertial], read: impl Fn(&Inertial) -> (f64, f64)) -> Option<
     let (before, after) = (rms(0.0), rms(pooled.mean));
     // The track is late where the force is early.
     let tau = Estimate::measured(-pooled.mean, pooled.sd, "s", from, "fast pushes followed as a whole");
+    // A force that is filtered comes late, too.
+    let (probability, rivals): (f64, &[(&str, f64)]) = if pooled.mean > 0.0 {
+        (0.55, &[("sensor-lag", 0.4)])
+    } else {
+        (0.95, &[])
+    };
     let told = Told {
         cause: "time-delay",
         place: "sensor",
-        probability: 0.95,
-        rivals: &[],
+        probability,
+        rivals,
         parameter: ("tau", tau),
         residual: "way",
         statistic,

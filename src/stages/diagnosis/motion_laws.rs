@@ -48,6 +48,7 @@ pub(super) mod form {
     pub const SOFT_CLOSE_EDGED: usize = 35;
     pub const BIAS_FACED: usize = 36;
     pub const DRIFT_FACED: usize = 37;
+    pub const NOTCH_CATCH: usize = 38;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -140,7 +141,9 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::SPRING_YIELDING => x[0] * (q - x[1]) / ((q - x[1]) / x[2].exp()).hypot(1.0),
             form::SLOPE => -x[0],
             form::GRAVITY => -(x[0] * q.cos() + x[1] * q.sin()),
-            form::DETENT | form::NOTCH | form::NOTCH_EDGED | form::NOTCH_TAILED => notch(a.law.form, x, q),
+            form::DETENT | form::NOTCH | form::NOTCH_EDGED | form::NOTCH_TAILED | form::NOTCH_CATCH => {
+                notch(a.law.form, x, q)
+            }
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
             form::LIMIT_HIGH_STIFFENING => x[0] * stiffening((q - x[1]).max(0.0), x[2].exp()),

@@ -35,6 +35,8 @@ pub(super) fn notch(kind: usize, x: &[f64], q: f64) -> f64 {
             let peak = (2.0 * tail - 1.0).sqrt().recip();
             as_deep(peak, &|s| s * (1.0 + s * s).powf(-tail))
         }
+        // A catch that holds fastest where it is shut: what is farther from it than its gap is drawn by a power of that.
+        form::NOTCH_CATCH => x[0] * (-0.5_f64).exp() * s.max(1.0).powf(-x[3].exp()),
         _ => x[0] * s * (-0.5 * s * s).exp(),
     }
 }
@@ -100,6 +102,8 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     laws.extend(edged.map(|law| closer_of(law, edge())));
     let tailed = [detent(form::NOTCH_TAILED), latch(form::NOTCH_TAILED, closed, low)];
     laws.extend(tailed.map(|law| closer_of(law, tail())));
+    let power = || Parameter::scale("power", "1", 3.0, 0.35);
+    laws.push(closer_of(latch(form::NOTCH_CATCH, closed, low), power()));
     laws.extend(stiffening);
     laws
 }
@@ -283,6 +287,17 @@ mod tests {
         }
         // Of the power two it falls as the cube of the distance.
         assert!((tailed(qd + 40.0 * w, 2.0) / tailed(qd + 80.0 * w, 2.0) - 8.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_catch_falls_as_a_power_of_the_distance_from_where_it_is_shut() {
+        let [a, gap] = [0.3, 0.035_f64];
+        let pull = |q: f64| at(q, form::NOTCH_CATCH, &[a, -gap, gap.ln(), 3.0_f64.ln()]);
+        let most = a * (-0.5_f64).exp();
+        for q in [0.0, 0.01, 0.05, 0.3] {
+            assert!((pull(q) - most * (1.0 + q / gap).powi(-3)).abs() < 1e-12);
+        }
+        assert!((pull(-0.02) - most).abs() < 1e-12);
     }
 
     #[test]

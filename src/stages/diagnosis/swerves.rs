@@ -13,6 +13,8 @@ use crate::twin::{Evidence, Finding};
 
 /// Fewest pushes, and the mean of their directions, as a share, from which on they do not come from all sides.
 const FEWEST: usize = 6;
+/// How many of them have to tell it each by itself.
+const TELL: usize = 4;
 const ALL_ROUND: f64 = 0.7;
 /// Least mean turn beyond what was foretold, rad, and how many standard deviations it has to be from nought.
 const LEAST: f64 = 0.02;
@@ -75,8 +77,9 @@ fn common(turns: &[Swerve]) -> Option<(f64, f64)> {
     let mean = turns.iter().map(|t| weight(t) * t.turn).sum::<f64>() / total;
     let left: f64 = turns.iter().map(|t| weight(t) * (t.turn - mean).powi(2)).sum();
     let sd = ((left / (turns.len() as f64 - 1.0)).max(1.0) / total).sqrt();
-    let against = |t: &Swerve| t.turn * mean < 0.0 && t.turn.abs() > 2.0 * t.sd;
-    (mean.abs() > LEAST.max(CLEAR * sd) && !turns.iter().any(against)).then_some((mean, sd))
+    let told = |t: &&Swerve| t.turn.abs() > 2.0 * t.sd;
+    let (with, against): (Vec<&Swerve>, Vec<&Swerve>) = turns.iter().filter(told).partition(|t| t.turn * mean > 0.0);
+    (mean.abs() > LEAST.max(CLEAR * sd) && with.len() >= TELL && against.is_empty()).then_some((mean, sd))
 }
 
 /// How one push ended.
@@ -113,6 +116,18 @@ mod tests {
             })
             .collect();
         common(&turns).is_some()
+    }
+
+    #[test]
+    fn one_push_that_is_known_well_is_not_all_of_them() {
+        let known = |k: i32| if k == 0 { 0.0025 } else { 0.3 };
+        let turns: Vec<Swerve> = (0..6)
+            .map(|k| Swerve {
+                turn: 0.07,
+                sd: known(k),
+            })
+            .collect();
+        assert!(common(&turns).is_none());
     }
 
     #[test]

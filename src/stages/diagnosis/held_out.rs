@@ -29,7 +29,7 @@ const IDLE: f64 = 0.1;
 /// joints nothing.
 const BEYOND_DOUBT: (f64, f64) = (20.0, 100.0);
 /// Share of the error that a law of one place takes away below which held-out interactions do not show it.
-const UNSEEN: f64 = 0.02;
+const UNSEEN: f64 = 0.05;
 /// From this share of what repeats leave open on, a law that every interaction meets has to make its error smaller.
 const REPEATS: f64 = 1.0;
 /// What it adds there beside the noise at rest, in units of that.

@@ -14,6 +14,8 @@ use super::together::together;
 
 /// Log evidence, nats, that a form with more numbers has to be worth over the one that it extends.
 const CLOSER: f64 = 6.0;
+/// Share of the largest log evidence below which a third effect is none.
+const THIRD: f64 = 0.05;
 /// By how much another law has to do better beside all other effects to take one's place, nats.
 const CLEARLY: f64 = 1.0;
 /// Share of the error below which an effect takes next to nothing away, and above which it takes most; evidence that is about the same, nats.
@@ -69,7 +71,10 @@ impl Climb<'_> {
             left(without) && !left(with)
         };
         let form = |whole: bool| may_be_form(self.cause(law), gain, whole, taken());
-        form(false) && (form(true) || !whole())
+        // Where two are there already, what is slight beside the larger one is what their forms leave.
+        let largest = others.iter().map(|t| t.gain).fold(0.0, f64::max);
+        let slight = others.len() > 1 && gain < THIRD * largest;
+        slight || form(false) && (form(true) || !whole())
     }
 
     /// Effects that the others made needless are dropped again.

@@ -235,3 +235,31 @@ fn raised_curves(scene: &Scene, action: &Action, (height, ground): (&[f64], f64)
     };
     scene.interaction.tracks.iter().filter_map(of).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    #[test]
+    fn what_hangs_beside_the_wrist_is_swung_by_its_turn() {
+        let time = [0.0, 1.0];
+        let grip = Grip {
+            time: &time,
+            turn: vec![
+                UnitQuaternion::identity(),
+                UnitQuaternion::from_scaled_axis(FRAC_PI_2 * Vector3::y()),
+            ],
+            from: Vector3::new(0.1, 0.0, 0.2),
+        };
+        let at = Vector3::new(0.2, 0.0, 0.2);
+        assert!(grip.swung(0.0, &at).norm() < 1e-12);
+        assert!((grip.swung(1.0, &at) - Vector3::new(-0.1, 0.0, -0.1)).norm() < 1e-12);
+        // Half of the way, half of the turn; past its end it stays.
+        let half = Vector3::new(0.1 * (0.5 * FRAC_PI_2).cos() - 0.1, 0.0, -0.1 * (0.5 * FRAC_PI_2).sin());
+        assert!((grip.swung(0.5, &at) - half).norm() < 1e-9);
+        assert!((grip.swung(2.0, &at) - grip.swung(1.0, &at)).norm() < 1e-12);
+        assert!(grip.swung(1.0, &grip.from).norm() < 1e-12);
+    }
+}

@@ -57,6 +57,18 @@ pub(super) fn usual(form: usize, values: &[f64]) -> bool {
     }
 }
 
+/// Standard deviation of the logarithm of a play that is small beside a joint's range from which on it may be how motions start.
+const VAGUE: f64 = 0.15;
+
+/// Whether a law of this form may say no more than what is usual, as far as its values are known: its first one may be a standard
+/// deviation less, and a small play has to be known well. `span` is the joint's range, rad or m.
+pub(super) fn may_be_usual(form: usize, (values, sds): (&[f64], &[f64]), span: f64) -> bool {
+    let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
+    let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW);
+    let small = plays && values[1].exp() < RESOLVED[0] * span;
+    less.is_some_and(|v| usual(form, &[v])) || small && sds.get(1).is_none_or(|sd| *sd > VAGUE)
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector3;
@@ -66,6 +78,14 @@ mod tests {
     #[test]
     fn a_little_more_friction_at_the_start_is_usual() {
         assert!(usual(form::STICTION, &[0.06]) && !usual(form::STICTION, &[0.5]) && !usual(form::DAMPING, &[0.06]));
+    }
+
+    #[test]
+    fn a_play_of_all_the_friction_may_be_smaller() {
+        assert!(resolved(1.0) < resolved(0.5));
+        // Where it is known well.
+        let vague = |half: f64, sd: f64| may_be_usual(form::BACKLASH_ANEW, (&[1.0, half.ln()], &[0.05, sd]), 1.0);
+        assert!(vague(0.015, 0.4) && !vague(0.015, 0.05) && !vague(0.03, 0.4));
     }
 
     #[test]

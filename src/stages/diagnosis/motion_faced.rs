@@ -55,3 +55,55 @@ pub(super) fn faced_laws(make: &Maker) -> Vec<Law> {
         ),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lever of 0.3 m that is turned from one angle to another.
+    fn turned(from: f64, to: f64) -> Vec<JointLoad> {
+        let one = |i: u32| {
+            let angle = from + (to - from) * f64::from(i) / 200.0;
+            JointLoad {
+                time: 0.01 * f64::from(i),
+                load: 1.0,
+                lever: 0.3,
+                aside: [0.0; 2],
+                way: Vector3::new(-angle.sin(), angle.cos(), 0.0),
+                position: angle,
+                speed: 0.1,
+                speed_gain: 8.0,
+                acceleration: 0.0,
+            }
+        };
+        (0..=200).map(one).collect()
+    }
+
+    #[test]
+    fn a_chord_leads_from_where_a_motion_begins_to_its_farthest_point() {
+        let expected = Vector3::new(1.0_f64.cos() - 1.0, 1.0_f64.sin(), 0.0).normalize();
+        let there = turned(0.0, 1.0);
+        assert!((chord(&there) - expected).norm() < 0.01, "{}", chord(&there));
+        // Back again it is the same motion.
+        let and_back = [there, turned(1.0, 0.2)].concat();
+        assert!((chord(&and_back) - expected).norm() < 0.01);
+        assert!((chord(&turned(1.0, 0.0)) + expected).norm() < 0.01);
+        assert_eq!(chord(&turned(0.5, 0.5)), Vector3::zeros());
+    }
+
+    #[test]
+    fn motions_that_all_lead_one_way_do_not_face_both() {
+        let read = |from: f64, to: f64| Read {
+            interaction: "pull".into(),
+            held_out: false,
+            halves: vec![0.02; 201],
+            noise: 0.01,
+            jitter: 1e-3,
+            zero: 0.0,
+            by_hand: false,
+            loads: turned(from, to),
+        };
+        assert!(!both_ways(&[read(0.0, 1.0), read(0.2, 0.9)]));
+        assert!(both_ways(&[read(0.0, 1.0), read(0.9, 0.2)]));
+    }
+}

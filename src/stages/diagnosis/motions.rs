@@ -356,8 +356,7 @@ impl Family for Motions {
 
     fn may_be_negligible(&self, law: usize, values: &[f64], sds: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
-        let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
-        self.negligible(law, values) || less.is_some_and(|v| motion_bars::usual(form, &[v]))
+        self.negligible(law, values) || motion_bars::may_be_usual(form, (values, sds), self.span)
     }
 
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {

@@ -288,3 +288,26 @@ pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candida
         .collect::<Option<Vec<_>>>()
         .unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::toy::Toy;
+    use super::*;
+
+    #[test]
+    fn what_ends_a_scatter_that_nothing_has_relieves() {
+        let toy = Toy::new(&[(2, 0.4)], 9);
+        let groups: Vec<usize> = (0..Toy::FITTED).collect();
+        let plain = fit(&toy, &[], &[1.0], &Noise::start(&toy), &groups);
+        let with = fit(&toy, &[2], &[1.0, 0.1], &Noise::start(&toy), &groups);
+        assert!(!relieves(&toy, &plain, &with));
+        let expected = toy.scatter()[0].tau;
+        let mut torn = plain.clone();
+        torn.noise.tau[0] = 1.5 * TORN * expected;
+        assert!(relieves(&toy, &torn, &with));
+        // What leaves half of it does not.
+        let mut left = with.clone();
+        left.noise.tau[0] = 1.5 * EVEN * expected;
+        assert!(!relieves(&toy, &torn, &left));
+    }
+}

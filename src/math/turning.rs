@@ -114,6 +114,7 @@ mod tests {
             .downhill(&normals[0], &(-9.81 * Vector3::z()))
             .expect("it was tilted");
         assert!((down - Vector3::y()).norm() < 1e-9, "{down}");
-        assert!(turned.displacement.iter().all(|d| d.norm() < 1e-6));
+        // Where it lay at first is the middle of three rows, which turn by 10 mrad from one to the next.
+        assert!(turned.displacement.iter().all(|d| d.norm() < 2e-3));
     }
 }

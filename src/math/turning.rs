@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn downhill_is_where_the_plane_was_steepest_though_it_was_turned_back() {
         let time: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i)).collect();
-        let tilt = |i: i32| 0.3 * (1.0 - (f64::from(i) - 30.0).abs() / 30.0);
+        let tilt = |i: i32| 0.3 * (1.0 - (f64::from(i) - 35.0).abs() / 25.0).max(0.0);
         let normals: Vec<Vector3<f64>> = (0..60)
             .map(|i| Vector3::new(0.0, tilt(i).sin(), tilt(i).cos()))
             .collect();
@@ -114,7 +114,6 @@ mod tests {
             .downhill(&normals[0], &(-9.81 * Vector3::z()))
             .expect("it was tilted");
         assert!((down - Vector3::y()).norm() < 1e-9, "{down}");
-        // Where it lay at first is the middle of three rows, which turn by 10 mrad from one to the next.
-        assert!(turned.displacement.iter().all(|d| d.norm() < 2e-3));
+        assert!(turned.displacement.iter().all(|d| d.norm() < 1e-4));
     }
 }

@@ -8,8 +8,8 @@ use super::naming::NAMED;
 /// Log evidence over the plain model, nats, from which on a play is named, and one that frees the joint of nearly all friction.
 const PLAY: [f64; 2] = [25.0, 15.0];
 const WHOLE: f64 = 0.9;
-/// Share of the range below which a play is not told from how motions start, and the same of one that frees the joint of nearly all.
-const RESOLVED: [f64; 2] = [0.02, 0.01];
+/// Share of the range below which a play is not told from how motions start: damped drawers of MuJoCo start as if they had one of 0.016.
+pub(super) const RESOLVED: f64 = 0.02;
 /// Share of the friction below which more of it as the joint sets out is usual.
 const USUAL: f64 = 0.1;
 /// Seconds below which what is read late is as good as read at once.
@@ -23,11 +23,6 @@ pub(super) fn named_from(form: usize, values: &[f64]) -> f64 {
         form::BACKLASH | form::BACKLASH_ANEW => PLAY[1],
         _ => NAMED,
     }
-}
-
-/// Least play that is told, as a share of the range, of one that frees the joint of this share of its friction.
-pub(super) fn resolved(share: f64) -> f64 {
-    RESOLVED[if share < WHOLE { 0 } else { 1 }]
 }
 
 /// How common a weight is where a joint stands level or upright beside what does as well, a bias of the force where a weight does,
@@ -57,16 +52,11 @@ pub(super) fn usual(form: usize, values: &[f64]) -> bool {
     }
 }
 
-/// Standard deviation of the logarithm of a play that is small beside a joint's range from which on it may be how motions start.
-const VAGUE: f64 = 0.15;
-
 /// Whether a law of this form may say no more than what is usual, as far as its values are known: its first one may be a standard
-/// deviation less, and a small play has to be known well. `span` is the joint's range, rad or m.
-pub(super) fn may_be_usual(form: usize, (values, sds): (&[f64], &[f64]), span: f64) -> bool {
+/// deviation less.
+pub(super) fn may_be_usual(form: usize, values: &[f64], sds: &[f64]) -> bool {
     let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
-    let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW);
-    let small = plays && values[1].exp() < RESOLVED[0] * span;
-    less.is_some_and(|v| usual(form, &[v])) || small && sds.get(1).is_none_or(|sd| *sd > VAGUE)
+    less.is_some_and(|v| usual(form, &[v]))
 }
 
 #[cfg(test)]
@@ -78,14 +68,6 @@ mod tests {
     #[test]
     fn a_little_more_friction_at_the_start_is_usual() {
         assert!(usual(form::STICTION, &[0.06]) && !usual(form::STICTION, &[0.5]) && !usual(form::DAMPING, &[0.06]));
-    }
-
-    #[test]
-    fn a_play_of_all_the_friction_may_be_smaller() {
-        assert!(resolved(1.0) < resolved(0.5));
-        // Where it is known well.
-        let vague = |half: f64, sd: f64| may_be_usual(form::BACKLASH_ANEW, (&[1.0, half.ln()], &[0.05, sd]), 1.0);
-        assert!(vague(0.015, 0.4) && !vague(0.015, 0.05) && !vague(0.03, 0.4));
     }
 
     #[test]

@@ -347,7 +347,7 @@ impl Family for Motions {
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
         let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW);
-        plays && values[1].exp() < motion_bars::resolved(values[0]) * self.span
+        plays && values[1].exp() < motion_bars::RESOLVED * self.span
             || motion_bars::usual(form, values)
             || form == form::SATURATION_ROOM
                 && values[0].exp() < CUTS * self.usual()
@@ -356,7 +356,7 @@ impl Family for Motions {
 
     fn may_be_negligible(&self, law: usize, values: &[f64], sds: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
-        self.negligible(law, values) || motion_bars::may_be_usual(form, (values, sds), self.span)
+        self.negligible(law, values) || motion_bars::may_be_usual(form, values, sds)
     }
 
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {

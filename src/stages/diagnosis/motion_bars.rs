@@ -8,8 +8,6 @@ use super::naming::NAMED;
 /// Log evidence over the plain model, nats, from which on a play is named, and one that frees the joint of nearly all friction.
 const PLAY: [f64; 2] = [25.0, 15.0];
 const WHOLE: f64 = 0.9;
-/// Share of the range below which a play is not told from how motions start: damped drawers of MuJoCo start as if they had one of 0.016.
-pub(super) const RESOLVED: f64 = 0.02;
 /// Share of the friction below which more of it as the joint sets out is usual.
 const USUAL: f64 = 0.1;
 /// Seconds below which what is read late is as good as read at once.
@@ -50,13 +48,6 @@ pub(super) fn usual(form: usize, values: &[f64]) -> bool {
         form::LAG | form::LATE => values[0].abs() < AT_ONCE,
         _ => false,
     }
-}
-
-/// Whether a law of this form may say no more than what is usual, as far as its values are known: its first one may be a standard
-/// deviation less.
-pub(super) fn may_be_usual(form: usize, values: &[f64], sds: &[f64]) -> bool {
-    let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
-    less.is_some_and(|v| usual(form, &[v]))
 }
 
 #[cfg(test)]

@@ -149,9 +149,9 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::LIMIT_HIGH_STIFFENING => x[0] * stiffening((q - x[1]).max(0.0), x[2].exp()),
             form::LIMIT_LOW_STIFFENING => -x[0] * stiffening((x[1] - q).max(0.0), x[2].exp()),
             form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
-            // Its piston is pushed in, and not drawn out again.
             // All of it up to half of where that ends, but for an edge.
             form::SOFT_CLOSE_EDGED => x[0] * v / (1.0 + ((q - 0.5 * x[1].exp()) / x[2].exp()).exp()),
+            // Its piston is pushed in, and not drawn out again.
             form::SOFT_CLOSE_ONE_WAY => x[0] * v.min(0.0) * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
             _ => 0.0,
         }

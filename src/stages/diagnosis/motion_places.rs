@@ -102,8 +102,8 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     laws.extend(edged.map(|law| closer_of(law, edge())));
     let tailed = [detent(form::NOTCH_TAILED), latch(form::NOTCH_TAILED, closed, low)];
     laws.extend(tailed.map(|law| closer_of(law, tail())));
-    let power = || Parameter::scale("power", "1", 3.0, 0.35);
-    laws.push(closer_of(latch(form::NOTCH_CATCH, closed, low), power()));
+    let power = Parameter::scale("power", "1", 3.0, 0.35);
+    laws.push(closer_of(latch(form::NOTCH_CATCH, closed, low), power));
     laws.extend(stiffening);
     laws
 }

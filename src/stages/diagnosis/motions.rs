@@ -32,8 +32,8 @@ use crate::twin::{Joint, JointKind, Model};
 pub(super) const EVEN: f64 = 0.015;
 /// Share of the fast speeds below which the direction of friction is not sure.
 const SLOW: f64 = 0.06;
-/// Share of the range below which a way is none.
-const TOLD_FROM_NONE: f64 = 0.02;
+/// Share of the range below which a play is not told from how motions start: damped drawers of MuJoCo start as if they had one of 0.016.
+const RESOLVED: f64 = 0.02;
 /// Step of the sensor over dry friction from which on its rounding is no noise.
 const COARSE: f64 = 0.5;
 /// Logarithm of what a joint may rub over what is read of it where that is cut off.
@@ -171,7 +171,7 @@ impl Motions {
             free,
             lever,
             zero,
-            turning: Turning::new(TOLD_FROM_NONE * (scale.range[1] - scale.range[0])),
+            turning: Turning::new(RESOLVED * (scale.range[1] - scale.range[0])),
             handle: None,
             struck: Vec::new(),
             bounded: joint.limits.is_some(),
@@ -346,8 +346,8 @@ impl Family for Motions {
     /// friction.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
-        let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW);
-        plays && values[1].exp() < motion_bars::RESOLVED * self.span
+        let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW) && values[1].exp() < RESOLVED * self.span;
+        plays
             || motion_bars::usual(form, values)
             || form == form::SATURATION_ROOM
                 && values[0].exp() < CUTS * self.usual()
@@ -356,7 +356,8 @@ impl Family for Motions {
 
     fn may_be_negligible(&self, law: usize, values: &[f64], sds: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
-        self.negligible(law, values) || motion_bars::may_be_usual(form, values, sds)
+        let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
+        self.negligible(law, values) || less.is_some_and(|v| motion_bars::usual(form, &[v]))
     }
 
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {

@@ -123,7 +123,6 @@ impl Scene<'_> {
     }
 }
 
-/// Nothing is done: everything stays where it is.
 /// Way and time within which what was let go before has come to rest, m and s, and the way in units of the noise.
 const RESTS: (f64, f64) = (4e-3, 0.2);
 const JITTERS: f64 = 10.0;
@@ -141,6 +140,7 @@ fn comes_to_rest(track: &PoseStream, noise: f64) -> Option<usize> {
     (0..track.len()).find(|i| stays(*i))
 }
 
+/// Nothing is done: everything stays where it is, from where it comes to rest on if it does.
 fn hold(scene: &Scene) -> Outcome {
     let rest = first_rest(scene.interaction, scene.segmented);
     let mut curves = Vec::new();
@@ -148,10 +148,7 @@ fn hold(scene: &Scene) -> Outcome {
         let Some(mut start) = rest_pose(track, rest) else {
             continue;
         };
-        let noise = scene.position_noise().unwrap_or(0.0);
-        let Some(rests) = comes_to_rest(track, noise) else {
-            continue;
-        };
+        let rests = comes_to_rest(track, scene.position_noise().unwrap_or(0.0)).unwrap_or(0);
         // What still moves as it begins is judged from where it comes to rest.
         if rests > 0 {
             let soon = (rests..track.len()).take_while(|k| track.time[*k] <= track.time[rests] + RESTS.1);

@@ -8,6 +8,7 @@ use super::predict::{Outcome, Scene};
 use super::trace::Predicted;
 use super::{Curve, Path, Quantity};
 use crate::base::Pose;
+use crate::capture::PoseStream;
 use crate::geometry::Mesh;
 use crate::math::{interpolate, local_quadratic, median};
 use crate::physics::{Action, predict_lift};
@@ -136,33 +137,30 @@ const HELD: f64 = 0.5;
 
 /// A grip that turns what it holds.
 struct Grip<'a> {
-    time: &'a [f64],
-    /// Turn of the tool since it began.
-    turn: Vec<UnitQuaternion<f64>>,
-    /// Where it began, m.
+    path: &'a PoseStream,
+    /// Orientation and place of the tool as it began.
+    first: UnitQuaternion<f64>,
     from: Vector3<f64>,
 }
 
 impl<'a> Grip<'a> {
-    /// Nothing where the tool does not grip, or its orientation is not known throughout.
+    /// Nothing where the tool does not grip, or its orientation is not known.
     fn of(scene: &Scene<'a>) -> Option<Self> {
         scene.interaction.tool.as_ref().filter(|t| t.grip)?;
-        let path = scene.interaction.tool_path.as_ref()?;
-        let first = (*path.rotation.first()?)?;
-        let turn: Option<Vec<UnitQuaternion<f64>>> =
-            path.rotation.iter().map(|q| Some((*q)? * first.inverse())).collect();
-        Some(Self {
-            time: &path.time,
-            turn: turn?,
-            from: path.position.first()?.coords,
-        })
+        Self::along(scene.interaction.tool_path.as_ref()?)
     }
 
+    fn along(path: &'a PoseStream) -> Option<Self> {
+        let (from, first) = path.sample(*path.time.first()?)?;
+        let first = first?;
+        Some(Self { path, first, from })
+    }
+
+    /// Turn of the tool since it began; none where its orientation is not known, and past the ends of its path as at them.
     fn turned(&self, t: f64) -> UnitQuaternion<f64> {
-        let after = self.time.partition_point(|x| *x < t).min(self.time.len() - 1);
-        let before = after.saturating_sub(1);
-        let span = (self.time[after] - self.time[before]).max(1e-9);
-        self.turn[before].nlerp(&self.turn[after], ((t - self.time[before]) / span).clamp(0.0, 1.0))
+        let ends = self.path.time.first().zip(self.path.time.last());
+        let at = ends.and_then(|(start, end)| self.path.sample(t.clamp(*start, *end))?.1);
+        at.map_or_else(UnitQuaternion::identity, |q| q * self.first.inverse())
     }
 
     /// How far what began at `at` is moved by turning alone, m.
@@ -182,7 +180,7 @@ fn raised_paths(
     let up = support_normal(scene.capture, scene.model);
     let rest = first_rest(scene.interaction, scene.segmented);
     let grip = Grip::of(scene);
-    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
+    let of = |(name, track): (&String, &PoseStream)| {
         let start = rest_pose(track, rest)?;
         let raised = |(h, t): (&f64, &f64)| {
             let mut pose = start;
@@ -210,7 +208,7 @@ fn raised_curves(scene: &Scene, action: &Action, (height, ground): (&[f64], f64)
     let up = support_normal(scene.capture, scene.model);
     let rest = first_rest(scene.interaction, scene.segmented);
     let grip = Grip::of(scene);
-    let of = |(name, track): (&String, &crate::capture::PoseStream)| {
+    let of = |(name, track): (&String, &PoseStream)| {
         let start: Pose = rest_pose(track, rest)?;
         let from = start.translation.vector.dot(&up);
         let swung = |t: f64| {
@@ -240,19 +238,19 @@ fn raised_curves(scene: &Scene, action: &Action, (height, ground): (&[f64], f64)
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 
+    use nalgebra::Point3;
+
     use super::*;
 
     #[test]
     fn what_hangs_beside_the_wrist_is_swung_by_its_turn() {
-        let time = [0.0, 1.0];
-        let grip = Grip {
-            time: &time,
-            turn: vec![
-                UnitQuaternion::identity(),
-                UnitQuaternion::from_scaled_axis(FRAC_PI_2 * Vector3::y()),
-            ],
-            from: Vector3::new(0.1, 0.0, 0.2),
+        let turn = UnitQuaternion::from_scaled_axis(FRAC_PI_2 * Vector3::y());
+        let path = PoseStream {
+            time: vec![0.0, 1.0],
+            position: vec![Point3::new(0.1, 0.0, 0.2); 2],
+            rotation: vec![Some(UnitQuaternion::identity()), Some(turn)],
         };
+        let grip = Grip::along(&path).expect("its orientation is known");
         let at = Vector3::new(0.2, 0.0, 0.2);
         assert!(grip.swung(0.0, &at).norm() < 1e-12);
         assert!((grip.swung(1.0, &at) - Vector3::new(-0.1, 0.0, -0.1)).norm() < 1e-12);

@@ -315,3 +315,30 @@ fn tilt(scene: &Scene) -> Outcome {
         )?
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A track of 50 rows a second that goes at so many m/s up to a time, and stays.
+    fn track(speed: f64, until: f64) -> PoseStream {
+        let time: Vec<f64> = (0..50).map(|i| 0.02 * f64::from(i)).collect();
+        PoseStream {
+            position: time
+                .iter()
+                .map(|t| Point3::new(speed * t.min(until), 0.0, 0.0))
+                .collect(),
+            rotation: vec![None; time.len()],
+            time,
+        }
+    }
+
+    #[test]
+    fn what_was_let_go_comes_to_rest_where_it_stops() {
+        assert_eq!(comes_to_rest(&track(0.0, 0.0), 1e-4), Some(0));
+        let row = comes_to_rest(&track(0.3, 0.4), 1e-4).expect("it stops");
+        assert!((19..=20).contains(&row), "{row}");
+        // What creeps stays near enough for a while, to be judged from where it was.
+        assert_eq!(comes_to_rest(&track(0.01, 9.0), 1e-4), Some(0));
+    }
+}

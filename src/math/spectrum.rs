@@ -87,7 +87,7 @@ impl Spectrum {
     }
 }
 
-/// How one frequency stands out of several spectra.
+/// How one frequency stands out of several series.
 #[derive(Clone, Copy, Debug)]
 pub struct CommonLine {
     /// In the unit of the grid.
@@ -97,21 +97,25 @@ pub struct CommonLine {
     /// Power over that of its neighbourhood, of the middle one.
     pub ratio: f64,
     /// In how many it stands out by the least ratio.
-    pub spectra: usize,
+    pub series: usize,
 }
 
 impl CommonLine {
-    /// One for each frequency that all of these have, which count where it stands out by `least`.
-    pub fn each(spectra: &[Spectrum], least: f64) -> Vec<Self> {
-        let count = spectra.iter().map(|s| s.power.len()).min().unwrap_or(0);
+    /// One for each frequency that all of these have, which count where it stands out by `least`. Of a series there may be the
+    /// spectra of several stretches: the one in which the frequency stands out most speaks for it.
+    pub fn each(series: &[Vec<Spectrum>], least: f64) -> Vec<Self> {
+        let count = series.iter().flatten().map(|s| s.power.len()).min().unwrap_or(0);
         let at = |k: usize| {
-            let ratios: Vec<f64> = spectra.iter().map(|s| s.stands_out(k)).collect();
-            let amplitudes: Vec<f64> = spectra.iter().map(|s| s.power[k].sqrt()).collect();
+            let most = |stretches: &Vec<Spectrum>| {
+                let each = stretches.iter().map(|s| (s.stands_out(k), s.power[k].sqrt()));
+                each.max_by(|a, b| a.0.total_cmp(&b.0))
+            };
+            let (ratios, amplitudes): (Vec<f64>, Vec<f64>) = series.iter().filter_map(most).unzip();
             Some(Self {
-                frequency: spectra.first()?.grid.at(k),
+                frequency: series.iter().flatten().next()?.grid.at(k),
                 amplitude: median(&amplitudes)?,
                 ratio: median(&ratios)?,
-                spectra: ratios.into_iter().filter(|r| *r > least).count(),
+                series: ratios.into_iter().filter(|r| *r > least).count(),
             })
         };
         (0..count).filter_map(at).collect()

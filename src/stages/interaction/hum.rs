@@ -39,15 +39,15 @@ fn heard(streams: &[Stream]) -> Option<Hum> {
     if streams.len() < FEWEST {
         return None;
     }
-    let spectra: Vec<Spectrum> = streams
+    let spectra: Vec<Vec<Spectrum>> = streams
         .iter()
         .filter_map(|stream| {
             let (times, steps) = steps(stream)?;
-            Spectrum::of(times, &steps, IN_TIME)
+            Some(vec![Spectrum::of(times, &steps, IN_TIME)?])
         })
         .collect();
     let all = spectra.len();
-    let clear = |l: &CommonLine| l.ratio > CLEAR && l.spectra as f64 >= SHARE * all as f64;
+    let clear = |l: &CommonLine| l.ratio > CLEAR && l.series as f64 >= SHARE * all as f64;
     let usual = median(&streams.iter().filter_map(|s| step_of(&s.0)).collect::<Vec<f64>>())?;
     // Of a sine of frequency f, steps of dt have 2 sin(pi f dt) times the size.
     let own = |l: &CommonLine| l.amplitude / (2.0 * (std::f64::consts::PI * l.frequency * usual).sin());
@@ -57,7 +57,7 @@ fn heard(streams: &[Stream]) -> Option<Hum> {
         frequency: line.frequency,
         amplitude: own(&line),
         ratio: line.ratio,
-        streams: [line.spectra, all],
+        streams: [line.series, all],
     })
 }
 

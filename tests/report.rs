@@ -230,6 +230,7 @@ fn diagnosis() -> Diagnosis {
         }],
         profiles: vec![profile()],
         budgets: vec![Budget {
+            beside_contact: 0.0,
             quantity: "force".into(),
             unit: "N".into(),
             rmse: 0.3,

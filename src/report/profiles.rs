@@ -168,6 +168,9 @@ pub fn budgets(budgets: &[Budget]) -> String {
     format!("<h3>What the error of the plain model is made of</h3>\n<div class=\"budgets\">\n{each}</div>\n")
 }
 
+/// Share of the error below which what the contact of each touch leaves of it is told.
+const BESIDE: f64 = 0.9;
+
 fn budget(b: &Budget) -> String {
     let parts = [
         ("named", "named causes", b.named),
@@ -195,8 +198,14 @@ fn budget(b: &Budget) -> String {
         .filter(|p| p.0 != "doubtful" || p.2 > 0.0)
         .map(|(class, name, share)| format!("<li><i class=\"{class}\"></i>{name} <b>{:.1} %</b></li>", 100.0 * share))
         .collect();
+    let told_from = if (0.0..BESIDE * b.rmse).contains(&b.beside_contact) && b.beside_contact > 0.0 {
+        let left = escape(&quantity(b.beside_contact, &b.unit, 2.0));
+        format!("; {left} beside the contact of each touch, from which causes are told")
+    } else {
+        String::new()
+    };
     format!(
-        "<div class=\"budget\"><p>{} {} rms over {}{}</p><div class=\"stack\">{bar}</div><ul>{words}</ul></div>\n",
+        "<div class=\"budget\"><p>{} {} rms over {}{}{told_from}</p><div class=\"stack\">{bar}</div><ul>{words}</ul></div>\n",
         escape(&b.quantity),
         escape(&quantity(b.rmse, &b.unit, 2.0)),
         super::markup::count(b.interactions.len(), "interaction", "interactions"),

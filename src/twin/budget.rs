@@ -14,6 +14,10 @@ pub struct Budget {
     pub unit: String,
     /// Root mean square error of the plain model.
     pub rmse: f64,
+    /// The same without what fitting the contact of each touch anew takes away, where findings are told from what that leaves: what
+    /// their gains begin with.
+    #[serde(default)]
+    pub beside_contact: f64,
     /// What it is of, as in a gain.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub of: String,
@@ -59,6 +63,7 @@ mod tests {
 
     fn budget() -> Budget {
         Budget {
+            beside_contact: 0.0,
             quantity: "force".into(),
             unit: "N".into(),
             rmse: 0.3,

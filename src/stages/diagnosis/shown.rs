@@ -282,6 +282,7 @@ pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
         quantity: about.quantity.name().into(),
         unit: about.quantity.unit().into(),
         rmse: whole.sqrt(),
+        beside_contact: (whole * (1.0 - before)).sqrt(),
         of: family.samples_are().into(),
         interactions: groups.iter().map(|g| family.groups()[*g].name.clone()).collect(),
         causes,

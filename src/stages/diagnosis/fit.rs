@@ -33,8 +33,9 @@ pub fn parameters(family: &dyn Family, laws: &[usize]) -> Vec<Parameter> {
 }
 
 const ROUNDS: usize = 25;
-/// Log-likelihood, nats, below which a step gains nothing.
+/// Log-likelihood, nats, below which a step gains nothing; of a first look.
 const ENOUGH: f64 = 0.02;
+const ROUGHLY: f64 = 0.3;
 
 struct Problem<'a> {
     family: &'a dyn Family,
@@ -117,19 +118,24 @@ impl Problem<'_> {
 
 /// Fits base and laws together from `start`.
 pub fn fit(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, groups: &[usize]) -> Fit {
-    climbed(family, laws, start, (noise, true), groups)
+    climbed(family, laws, start, (noise, true, ENOUGH), groups)
+}
+
+/// The same to a few tenths of a nat: enough to tell which of several starts is worth going on from.
+pub fn roughly(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, groups: &[usize]) -> Fit {
+    climbed(family, laws, start, (noise, true, ROUGHLY), groups)
 }
 
 /// Fits base and laws together from `start` with the noise as it is.
 pub fn fit_at(family: &dyn Family, laws: &[usize], start: &[f64], noise: &Noise, groups: &[usize]) -> Fit {
-    climbed(family, laws, start, (noise, false), groups)
+    climbed(family, laws, start, (noise, false, ENOUGH), groups)
 }
 
 fn climbed(
     family: &dyn Family,
     laws: &[usize],
     start: &[f64],
-    (noise, learns): (&Noise, bool),
+    (noise, learns, enough): (&Noise, bool, f64),
     groups: &[usize],
 ) -> Fit {
     let priors = parameters(family, laws);
@@ -185,7 +191,7 @@ fn climbed(
                 break;
             }
         }
-        if gained < ENOUGH {
+        if gained < enough {
             break;
         }
     }

@@ -3,9 +3,11 @@
 use nalgebra::Vector3;
 
 use super::family::{Active, Law, Parameter};
+use super::motion_closes::soft;
 use super::motion_history::{freed, history_laws};
 use super::motion_places::{closer_of, hardens, local_laws, notch, yielding};
 use super::motion_sensor::{read, sensor_laws};
+use super::motion_speeds::speed_laws;
 use super::motion_stops::Stop;
 use super::motions::Scale;
 
@@ -49,6 +51,13 @@ pub(super) mod form {
     pub const BIAS_FACED: usize = 36;
     pub const DRIFT_FACED: usize = 37;
     pub const NOTCH_CATCH: usize = 38;
+    pub const SOFT_END: usize = 39;
+    pub const SOFT_END_ONE_WAY: usize = 40;
+    pub const SOFT_END_EDGED: usize = 41;
+    pub const NOTCH_CATCH_END: usize = 42;
+    pub const QUADRATIC_TURNING: usize = 43;
+    pub const QUADRATIC_SLIDING: usize = 44;
+    pub const NOTCH_FLAT: usize = 45;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -64,6 +73,8 @@ pub struct Moved {
     pub time: f64,
     /// rad or m.
     pub position: f64,
+    /// Lowest and highest position of all motions.
+    pub ends: [f64; 2],
     /// Standard deviation of one reading of it.
     pub doubt: f64,
     /// rad/s or m/s.
@@ -111,8 +122,7 @@ impl Moved {
     }
 }
 
-/// What the effort of all laws may be off by for what is not known of the place, N·m or N: what stands in a stiff place is at rest there,
-/// wherever that is said to be.
+/// What the effort of all laws may be off by for what is not known of the place, N·m or N: what stands in a stiff place rests there.
 pub fn open_at_rest(m: &Moved, active: &[Active]) -> f64 {
     let at = |position: f64| effort(&Moved { position, ..*m }, active);
     0.5 * (at(m.position + m.doubt) - at(m.position - m.doubt)).abs()
@@ -123,7 +133,7 @@ fn stiffening(into: f64, doubles: f64) -> f64 {
     into * (1.0 + 0.5 * into / doubles)
 }
 
-/// Speed at which a power of that of a slide is told as a linear damper, m/s; of what turns it is 1 rad/s.
+/// Speed at which a power of that of a slide is told as a linear damper's or its square, m/s; of what turns it is 1 rad/s.
 const SLIDES: f64 = 0.1;
 
 /// What all laws but friction's add to the load that moves the joint.
@@ -136,24 +146,20 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::DAMPING_TURNING => x[0] * v.signum() * v.abs().powf(x[1]),
             form::DAMPING_SLIDING => x[0] * SLIDES * v.signum() * (v.abs() / SLIDES).powf(x[1]),
             form::QUADRATIC => x[0] * v * v.abs(),
+            form::QUADRATIC_TURNING => x[0] * v.signum() * v.abs().powf(x[1]),
+            form::QUADRATIC_SLIDING => x[0] * SLIDES.powi(2) * v.signum() * (v.abs() / SLIDES).powf(x[1]),
             form::SPRING => x[0] * (q - x[1]),
             form::SPRING_HARDENING => x[0] * (q - x[1]) * (1.0 + x[2] * (q - x[1]).powi(2)),
             form::SPRING_YIELDING => x[0] * (q - x[1]) / ((q - x[1]) / x[2].exp()).hypot(1.0),
             form::SLOPE => -x[0],
             form::GRAVITY => -(x[0] * q.cos() + x[1] * q.sin()),
-            form::DETENT | form::NOTCH | form::NOTCH_EDGED | form::NOTCH_TAILED | form::NOTCH_CATCH => {
-                notch(a.law.form, x, q)
-            }
+            form::DETENT | form::NOTCH | form::NOTCH_EDGED | form::NOTCH_TAILED => notch(a.law.form, x, q),
+            form::NOTCH_FLAT | form::NOTCH_CATCH | form::NOTCH_CATCH_END => notch(a.law.form, x, q),
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
             form::LIMIT_HIGH_STIFFENING => x[0] * stiffening((q - x[1]).max(0.0), x[2].exp()),
             form::LIMIT_LOW_STIFFENING => -x[0] * stiffening((x[1] - q).max(0.0), x[2].exp()),
-            form::SOFT_CLOSE => x[0] * v * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
-            // All of it up to half of where that ends, but for an edge.
-            form::SOFT_CLOSE_EDGED => x[0] * v / (1.0 + ((q - 0.5 * x[1].exp()) / x[2].exp()).exp()),
-            // Its piston is pushed in, and not drawn out again.
-            form::SOFT_CLOSE_ONE_WAY => x[0] * v.min(0.0) * (1.0 - q / x[1].exp()).clamp(0.0, 1.0),
-            _ => 0.0,
+            closing => soft(closing, x, m),
         }
     };
     active.iter().map(one).sum()
@@ -276,75 +282,6 @@ pub fn motion_laws(joint: &str, scale: &Scale) -> Vec<Law> {
 
 pub(super) fn logs(values: &[f64]) -> Vec<Vec<f64>> {
     values.iter().map(|v| vec![v.ln()]).collect()
-}
-
-fn speed_laws(make: &Maker, s: &Scale) -> Vec<Law> {
-    let [_, per_speed, per_square, _] = units(s.turns);
-    let (v, unit) = (s.speed, if s.turns { "rad/s" } else { "m/s" });
-    let close = (s.range[1] - s.range[0]).max(1e-6);
-    vec![
-        make.law(
-            "joint-stiction",
-            form::STICTION,
-            (
-                vec![Parameter::positive("fs_over_fc", "1", 0.8)],
-                vec![Parameter::scale("vs", unit, 0.04 * v, 0.6)],
-            ),
-            logs(&[0.02 * v, 0.06 * v]),
-            "more force is needed to set the joint going than to keep it going",
-        ),
-        make.law(
-            "joint-stiction",
-            form::BREAKAWAY,
-            (
-                vec![Parameter::positive("fs_over_fc", "1", 0.8)],
-                vec![Parameter::scale(
-                    "slip_length",
-                    if s.turns { "rad" } else { "m" },
-                    0.02 * close,
-                    0.6,
-                )],
-            ),
-            logs(&[0.01 * close, 0.04 * close]),
-            "more force is needed to set the joint going than to keep it going",
-        ),
-        make.law(
-            "velocity-weakening-friction",
-            form::STRIBECK,
-            (
-                vec![Parameter::positive("a", "1", 0.3)],
-                vec![Parameter::scale("vs", unit, 0.3 * v, 0.6)],
-            ),
-            logs(&[0.15 * v, 0.4 * v]),
-            "dry friction falls as the joint moves faster",
-        ),
-        make.plain(
-            "joint-damping",
-            form::DAMPING,
-            Parameter::positive("b", per_speed, 0.5 * s.load / v),
-            "the joint resists in proportion to its speed",
-        ),
-        make.law(
-            "joint-damping",
-            if s.turns {
-                form::DAMPING_TURNING
-            } else {
-                form::DAMPING_SLIDING
-            },
-            (
-                vec![Parameter::positive("b", per_speed, 0.5 * s.load / v)],
-                vec![Parameter::less_than_linear()],
-            ),
-            vec![vec![0.7]],
-            "the joint resists the more the faster it moves",
-        ),
-        make.plain(
-            "joint-quadratic-damping",
-            form::QUADRATIC,
-            Parameter::positive("d", per_square, 0.5 * s.load / (v * v)),
-            "the joint resists with the square of its speed",
-        ),
-    ]
 }
 
 fn place_laws(make: &Maker, s: &Scale) -> Vec<Law> {

@@ -1,6 +1,7 @@
 //! What acts at one place of a joint's way: notches, latches, ends that give.
 
 use super::family::{Law, Parameter};
+use super::motion_closes::soft_closes;
 use super::motion_laws::{Maker, form, units};
 use super::motions::Scale;
 
@@ -35,8 +36,14 @@ pub(super) fn notch(kind: usize, x: &[f64], q: f64) -> f64 {
             let peak = (2.0 * tail - 1.0).sqrt().recip();
             as_deep(peak, &|s| s * (1.0 + s * s).powf(-tail))
         }
+        // Its flanks are straight: as much all the way, but for how soon it sets in and ends.
+        form::NOTCH_FLAT => {
+            let (s, over) = (0.5 * s, x[3].exp());
+            0.5 * x[0] * (-0.5_f64).exp() * (s / over).tanh() * (1.0 - ((s.abs() - 1.0) / over).tanh())
+        }
         // A catch that holds fastest where it is shut: what is farther from it than its gap is drawn by a power of that.
         form::NOTCH_CATCH => x[0] * (-0.5_f64).exp() * s.max(1.0).powf(-x[3].exp()),
+        form::NOTCH_CATCH_END => -x[0] * (-0.5_f64).exp() * (-s).max(1.0).powf(-x[3].exp()),
         _ => x[0] * s * (-0.5 * s * s).exp(),
     }
 }
@@ -83,14 +90,18 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             "at one place the joint is held and drawn in from either side",
         )
     };
+    // Which end is the closed one depends on which way its axis points.
     let closed = [low - 0.05 * span, low + 0.08 * span];
+    let end = [high - 0.08 * span, high + 0.05 * span];
     let stops = stops(make, s);
     let stiffening = stops.clone().map(|stop| closer_of(stop, stiffens(span, unit)));
     let mut laws = [form::DETENT, form::NOTCH].map(&detent).to_vec();
-    laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, closed, low)));
+    let latches = [(closed, low, form::NOTCH_CATCH), (end, high, form::NOTCH_CATCH_END)];
+    for (at, start, _) in latches {
+        laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, at, start)));
+    }
     laws.extend(stops);
-    laws.extend([form::SOFT_CLOSE, form::SOFT_CLOSE_ONE_WAY].map(|form| soft_close(make, s, form)));
-    laws.push(edged_close(make, s));
+    laws.extend(soft_closes(make, s));
     // Closed may be where the joint stood when the capture began, though it is moved past that.
     if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
         let shut = [-0.05 * span, 0.05 * span];
@@ -98,12 +109,21 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
         laws.push(closer_of(latch(form::NOTCH_EDGED, shut, 0.0), edge()));
         laws.push(closer_of(latch(form::NOTCH_TAILED, shut, 0.0), tail()));
     }
-    let edged = [detent(form::NOTCH_EDGED), latch(form::NOTCH_EDGED, closed, low)];
-    laws.extend(edged.map(|law| closer_of(law, edge())));
-    let tailed = [detent(form::NOTCH_TAILED), latch(form::NOTCH_TAILED, closed, low)];
-    laws.extend(tailed.map(|law| closer_of(law, tail())));
-    let power = Parameter::scale("power", "1", 3.0, 0.35);
-    laws.push(closer_of(latch(form::NOTCH_CATCH, closed, low), power));
+    laws.push(closer_of(detent(form::NOTCH_EDGED), edge()));
+    laws.push(closer_of(detent(form::NOTCH_TAILED), tail()));
+    laws.push(closer_of(
+        detent(form::NOTCH_FLAT),
+        Parameter::scale("over", "1", 0.2, 0.6),
+    ));
+    for (at, start, catch) in latches {
+        let power = Parameter::scale("power", "1", 3.0, 0.35);
+        let closer = [
+            (form::NOTCH_EDGED, edge()),
+            (form::NOTCH_TAILED, tail()),
+            (catch, power),
+        ];
+        laws.extend(closer.map(|(form, more)| closer_of(latch(form, at, start), more)));
+    }
     laws.extend(stiffening);
     laws
 }
@@ -202,38 +222,6 @@ fn stops(make: &Maker, s: &Scale) -> [Law; 2] {
     ]
 }
 
-/// A closed end that resists in proportion to the speed, both ways or only on the way in.
-fn soft_close(make: &Maker, s: &Scale, form: usize) -> Law {
-    let [_, per_speed, _, _] = units(s.turns);
-    let span = (s.range[1] - s.range[0]).max(1e-6);
-    let unit = if s.turns { "rad" } else { "m" };
-    make.law(
-        "soft-close",
-        form,
-        (
-            vec![Parameter::positive("b", per_speed, 0.7 * s.load / s.speed)],
-            // Free of it at the far end, or it would be plain damping.
-            vec![Parameter {
-                high: (0.7 * span).ln(),
-                ..Parameter::scale("q_closed", unit, 0.4 * span, 0.5)
-            }],
-        ),
-        [0.25, 0.5].iter().map(|x: &f64| vec![(x * span).ln()]).collect(),
-        "near its closed end the joint resists in proportion to its speed",
-    )
-}
-
-/// A soft close that is as strong up to some place, and ends there within an edge.
-fn edged_close(make: &Maker, s: &Scale) -> Law {
-    let span = (s.range[1] - s.range[0]).max(1e-6);
-    let edge = Parameter::scale("edge", if s.turns { "rad" } else { "m" }, 0.1 * span, 0.8);
-    Law {
-        form: form::SOFT_CLOSE_EDGED,
-        extends: &[form::SOFT_CLOSE],
-        ..closer_of(soft_close(make, s, form::SOFT_CLOSE), edge)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::family::Active;
@@ -268,6 +256,16 @@ mod tests {
         for edge in [0.5, 1.5, 8.0] {
             let peak = at(qd + w, form::NOTCH_EDGED, &[a, qd, w.ln(), f64::ln(edge)]);
             assert!((peak - a * (-0.5_f64).exp()).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_catch_at_the_far_end_is_the_one_at_the_near_end_seen_from_there() {
+        let values = [0.3, 0.1, 0.01_f64.ln(), 3.0_f64.ln()];
+        for off in [0.0, 0.004, 0.012, 0.05] {
+            let [near, far] = [(off, form::NOTCH_CATCH), (-off, form::NOTCH_CATCH_END)]
+                .map(|(off, form)| at(0.1 + off, form, &values));
+            assert!((near + far).abs() < 1e-12 && near > 0.0);
         }
     }
 

@@ -167,6 +167,7 @@ impl Motions {
             out.push(Moved {
                 time: begin + t,
                 position: q,
+                ends: self.ends,
                 doubt: 0.0,
                 speed: v,
                 gain: (speed(t + BIN) - speed(t - BIN)) / (2.0 * BIN),

@@ -2,9 +2,8 @@
 //! where the joint is and how fast it moves.
 //!
 //! Plain model: `load = J q'' + f sgn(q')` while it moves, the sign rounded off below a creep speed, and anything up to
-//! `f` while it stands. A joint that stands
-//! tells only where the load is more than dry friction can hold, so there the prediction is the measured load, cut to
-//! what friction allows.
+//! `f` while it stands. A joint that stands tells only where the load is more than dry friction can hold, so there the
+//! prediction is the measured load, cut to what friction allows.
 
 use nalgebra::Vector3;
 
@@ -76,8 +75,8 @@ pub struct Motions {
     pub(super) slow: f64,
     /// Inertia by which the load goes with the acceleration, roughly, kg·m² or kg.
     inert: f64,
-    /// From the lowest to the highest position, rad or m.
-    span: f64,
+    /// Lowest and highest position, rad or m.
+    pub(super) ends: [f64; 2],
     pub(super) turns: bool,
     /// A weight can load it.
     weighed: bool,
@@ -93,7 +92,7 @@ pub struct Motions {
     pub(super) bounded: bool,
     /// Of each group that was measured whether it was struck and swung on by itself.
     pub(super) struck: Vec<bool>,
-    /// Nothing but the path of a hand tells where it was.
+    /// Only the path of a hand tells where it was.
     by_hand: bool,
     /// How well it is known where its position is 0, rad or m.
     counted_from: f64,
@@ -165,7 +164,7 @@ impl Motions {
             told: joint.friction.as_ref().map(|f| f.value).filter(|f| *f > 0.0),
             slow,
             inert: inertia_of(reads, slow),
-            span: scale.range[1] - scale.range[0],
+            ends: scale.range,
             turns,
             weighed: weighed(joint, gravity),
             free,
@@ -215,8 +214,7 @@ impl Motions {
 
     fn add(&mut self, read: &Read) {
         let (l, faced) = (&read.loads, chord(&read.loads));
-        let mut travelled: f64 = 0.0;
-        let mut rests = 0.0;
+        let (mut travelled, mut rests) = (0.0_f64, 0.0);
         let mut moments = Vec::with_capacity(l.len());
         self.turning.begin();
         let gains = gains(l, &read.halves, read.jitter);
@@ -238,6 +236,7 @@ impl Motions {
             moments.push(Moved {
                 time: l[i].time - self.zero,
                 position: l[i].position,
+                ends: self.ends,
                 doubt: read.jitter,
                 speed: l[i].speed,
                 gain: gains[i],
@@ -346,7 +345,8 @@ impl Family for Motions {
     /// friction.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
-        let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW) && values[1].exp() < RESOLVED * self.span;
+        let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW)
+            && values[1].exp() < RESOLVED * (self.ends[1] - self.ends[0]);
         plays
             || motion_bars::usual(form, values)
             || form == form::SATURATION_ROOM

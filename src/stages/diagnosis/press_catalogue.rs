@@ -51,7 +51,7 @@ pub fn scatter() -> Vec<Scatter> {
 pub fn press_laws(presses: &Presses) -> Vec<Law> {
     let mut laws = curve_laws(presses.deepest.max(1e-5));
     laws.extend(history_laws(presses.deepest.max(1e-5)));
-    laws.extend(closer_laws());
+    laws.extend(closer_laws(presses.deepest.max(1e-5)));
     laws.extend(guide_laws());
     laws.extend(memory_laws(presses.deepest.max(1e-5)));
     laws.extend(of_one(presses, &laws));
@@ -90,13 +90,17 @@ fn logs(values: &[f64]) -> Vec<Vec<f64>> {
     values.iter().map(|v| vec![v.ln()]).collect()
 }
 
-fn curve_laws(deepest: f64) -> Vec<Law> {
-    let depths = |shares: &[f64]| shares.iter().map(|s| vec![s * deepest]).collect::<Vec<_>>();
-    let at = |name| Parameter {
+/// A depth at which something begins or is.
+pub(super) fn at(name: &'static str, deepest: f64) -> Parameter {
+    Parameter {
         low: 0.0,
         high: deepest,
         ..Parameter::place(name, 0.5 * deepest, 1e-3f64.min(0.3 * deepest))
-    };
+    }
+}
+
+fn curve_laws(deepest: f64) -> Vec<Law> {
+    let depths = |shares: &[f64]| shares.iter().map(|s| vec![s * deepest]).collect::<Vec<_>>();
     let notches = [0.25, 0.5, 0.75, 1.1]
         .iter()
         .flat_map(|d| [1.5e-4f64, 4e-4].map(|w| vec![d * deepest, w.ln()]))
@@ -119,7 +123,7 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
             "second-stage",
             form::STAGE,
             vec![Parameter::positive("k2_over_k", "1", 0.4)],
-            vec![at("d")],
+            vec![at("d", deepest)],
             depths(&[0.2, 0.35, 0.5, 0.65, 0.8]),
             "from some depth on a second spring bears",
         ),
@@ -140,7 +144,7 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
                 // Of one that lies a little deeper the flank is felt.
                 Parameter {
                     high: 1.3 * deepest,
-                    ..at("us")
+                    ..at("us", deepest)
                 },
                 Parameter::scale("w", "m", 3e-4, 0.6),
             ],

@@ -1,11 +1,11 @@
 //! Closer forms of what was found in presses.
 
 use super::family::{Law, Parameter};
-use super::press_catalogue::law;
+use super::press_catalogue::{at, law};
 use super::press_laws::form;
 
 /// Forms with more numbers, which are tried where the one that they extend was taken up.
-pub fn closer_laws() -> Vec<Law> {
+pub fn closer_laws(deepest: f64) -> Vec<Law> {
     vec![
         Law {
             extends: &[form::ADHESION, form::BOND],
@@ -51,6 +51,38 @@ pub fn closer_laws() -> Vec<Law> {
                     .map(Vec::from)
                     .to_vec(),
                 "going in costs more than coming out gives back, at any speed",
+            )
+        },
+        Law {
+            extends: &[form::STAGE],
+            ..law(
+                "second-stage",
+                form::STAGE_ROUND,
+                vec![Parameter::positive("k2_over_k", "1", 0.4)],
+                vec![at("d", deepest), Parameter::scale("over", "m", 0.08 * deepest, 0.7)],
+                [0.04, 0.12].map(|over: f64| vec![(over * deepest).ln()]).to_vec(),
+                "from some depth on a second spring bears",
+            )
+        },
+        Law {
+            extends: &[form::SNAP],
+            ..law(
+                "snap-through",
+                form::SNAP_SHAPED,
+                vec![Parameter::positive("A", "N", 1.0)],
+                vec![
+                    Parameter {
+                        high: 1.3 * deepest,
+                        ..at("us", deepest)
+                    },
+                    Parameter::scale("w", "m", 3e-4, 0.6),
+                    Parameter::scale("edge", "1", 2.0, 0.4),
+                    Parameter::scale("tail", "1", 3.0, 0.8),
+                ],
+                [[3.5f64, 1.0], [3.0, 6.0], [1.5, 2.0]]
+                    .map(|x| x.map(f64::ln).to_vec())
+                    .to_vec(),
+                "the force drops at one depth",
             )
         },
     ]

@@ -38,6 +38,8 @@ pub(super) mod form {
     pub const STOPS_UNLIKE: usize = 29;
     pub const SATURATION_ROUND: usize = 30;
     pub const ADHESION_STRUNG: usize = 31;
+    pub const STAGE_ROUND: usize = 32;
+    pub const SNAP_SHAPED: usize = 33;
 }
 
 /// Rate at which a power of it is told as a linear damper, m/s.
@@ -202,11 +204,8 @@ impl Memory {
         if from_contact > 0.0 {
             self.sunk_to = self.sunk_to.map(|d| d.max(from_first));
         }
-        let delay: f64 = active
-            .iter()
-            .filter(|a| a.law.form == form::DELAY)
-            .map(|a| a.values[0])
-            .sum();
+        let late = |a: &&Active| a.law.form == form::DELAY;
+        let delay: f64 = active.iter().filter(late).map(|a| a.values[0]).sum();
         let depth = from_first - sunk(self.sunk_to, active) - m.rate * delay;
         let inside = depth.max(0.0);
         let moved = inside - self.before;
@@ -236,6 +235,11 @@ impl Memory {
             form::CURVED => k * inside * v[0] * inside / s,
             form::CUBIC => k * inside * v[0] * (inside / s).powi(2),
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
+            // It begins to bear by and by.
+            form::STAGE_ROUND => {
+                let (into, over) = ((inside - v[1]) / v[2].exp(), v[2].exp());
+                k * v[0] * over * (into.max(0.0) + (-into.abs()).exp().ln_1p())
+            }
             form::POWER if touching => k * inside * ((inside / s).powf(v[0]) - 1.0),
             form::DAMPING if touching => k * v[0] * m.rate,
             form::DAMPING_POWER if touching => {
@@ -277,6 +281,11 @@ impl Memory {
             form::MULLINS => used(self.deepest[0]),
             form::MULLINS_ALL_OVER => used(self.deepest[1]),
             form::SNAP if touching => -v[0] * (-((inside - v[1]) / v[2].exp()).powi(2) / 2.0).exp(),
+            // Flatter or narrower at its top, and with a tail.
+            form::SNAP_SHAPED if touching => {
+                let away = ((inside - v[1]).abs() / v[2].exp()).powf(v[3].exp());
+                -v[0] * (1.0 + 0.5 * away * (-v[4]).exp()).powf(-v[4].exp())
+            }
             form::PRELOAD if touching => v[0] * (1.0 - (-inside / v[1].exp()).exp()),
             form::DRIFT => k * inside * v[0] * m.time,
             // Drawn out as far as it was pressed in, until it lets go.

@@ -69,7 +69,40 @@ pub(super) fn closer_laws(pushes: &Pushes) -> Vec<Law> {
         .into_iter()
         .chain(ovals)
         .chain([weakening, fastened(middle, sd)])
+        .chain(settling())
         .collect()
+}
+
+/// Wear and heat that come to an end.
+fn settling() -> [Law; 2] {
+    let one = |form, slope, most, starts: [f64; 3], words| Law {
+        extends: &[form::WEAR, form::HEATING],
+        ..law(
+            "wear-or-heating",
+            "support",
+            form,
+            vec![slope],
+            vec![most],
+            starts.map(|x| vec![x.ln()]).to_vec(),
+            words,
+        )
+    };
+    [
+        one(
+            form::WEAR_SETTLING,
+            Parameter::amplitude("w", "1/m", 0.5),
+            Parameter::scale("settles", "m", 0.6, 0.8),
+            [0.2, 0.6, 1.8],
+            "friction changes with the distance slid, and settles",
+        ),
+        one(
+            form::HEATING_SETTLING,
+            Parameter::amplitude("kappa", "1/s", 1e-3),
+            Parameter::scale("settles", "s", 120.0, 0.8),
+            [40.0, 120.0, 360.0],
+            "friction changes with time, and settles",
+        ),
+    ]
 }
 
 /// A tether that is fastened beside the body's centre.

@@ -53,6 +53,8 @@ pub mod form {
     pub const BUMP_STEP: usize = 45;
     pub const WEAKENING_SHAPED: usize = 46;
     pub const TETHER_OF_BODY: usize = 47;
+    pub const WEAR_SETTLING: usize = 48;
+    pub const HEATING_SETTLING: usize = 49;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -89,9 +91,16 @@ pub fn share(active: &Active, s: &State, length: f64, load: f64, share: &mut f64
         form::LOAD_ADHESION => v[0] / (load * s.loaded),
         form::WEAR => v[0] * s.worn,
         form::HEATING => v[0] * s.time,
+        form::WEAR_SETTLING => v[0] * settling(s.worn, v[1].exp()),
+        form::HEATING_SETTLING => v[0] * settling(s.time, v[1].exp()),
         form::RATE_STATE => v[0] * (s.speed.max(1e-5) / 0.01).ln(),
         _ => 0.0,
     };
+}
+
+/// What grows as `x` at first and comes to no more than `most`.
+fn settling(x: f64, most: f64) -> f64 {
+    most * (1.0 - (-x / most).exp())
 }
 
 /// What goes twice a turn with the heading, on the table or on the body.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::evidence::{leave_one_out, paired};
 use super::family::{Family, Parameter, Scatter};
-use super::fit::{Fit, fit};
+use super::fit::{Fit, fit, roughly};
 use super::marginal::{Noise, Point, group_state};
 
 /// Score, nats, below which a law is not fitted.
@@ -274,9 +274,10 @@ pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candida
             let tries = s.starts.iter().flat_map(|start| {
                 levels
                     .iter()
-                    .map(|noise| fit(family, &laws, start, noise, &base.groups))
+                    .map(|noise| roughly(family, &laws, start, noise, &base.groups))
             });
             let best = tries.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+            let best = best.map(|f| fit(family, &laws, &f.theta, &f.noise, &base.groups));
             best.map(|fit| Candidate {
                 law: s.law,
                 gain: fit.log_evidence - base.log_evidence,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::aloft::told_aloft;
 use super::axes::of_all_axes;
 use super::blows::blow_findings;
+use super::bursts::bursts;
 use super::clocks::Clocks;
 use super::compare::base_fit;
 use super::coupling::without_what_follows;
@@ -144,6 +145,7 @@ pub fn diagnose(
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
     curves.left_beside(swerves(capture, &slid, &findings));
+    curves.left_beside(bursts(&slid, &findings));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);

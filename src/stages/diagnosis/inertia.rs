@@ -1,6 +1,7 @@
 //! What fast pushes followed as a whole find: what has to be sped up is not what is weighed; force and track have two clocks.
 
 use super::loads::Loads;
+use super::sloshing::sloshing_findings;
 use super::told::{Told, gain};
 use super::uneven::{uneven, yaw_findings};
 use crate::base::{Estimate, Status};
@@ -84,6 +85,11 @@ pub fn findings_of_inertia(
 ) {
     let acted_on = |f: &Finding| pushed && acts_on_a_body(f, model);
     if !findings.iter().any(acted_on) {
+        let swinging = sloshing_findings(capture, segmented, model);
+        if !swinging.is_empty() {
+            findings.extend(swinging);
+            return;
+        }
         let swings = loads.effect_sizes.get("loose-mass").copied().unwrap_or(0.0);
         findings.extend(inertia_findings(&loads.fast, model, swings));
         if !findings.iter().any(acted_on) {

@@ -55,6 +55,9 @@ fn rested(interaction: &Interaction, joint: &Joint) -> f64 {
 const FREE: f64 = 4.0;
 const SWINGS_ON: f64 = 0.3;
 
+/// Way, in units of the noise of one reading of the track, within which a joint that is at rest seems to go.
+const NOWHERE: f64 = 4.0;
+
 /// One motion of a joint as it was read.
 pub(super) struct Read {
     pub interaction: String,
@@ -83,6 +86,19 @@ impl Read {
         let moving = || (0..self.loads.len()).filter(|i| self.loads[*i].speed.abs() > slow);
         let free = moving().filter(|i| self.is_free(*i)).count();
         free as f64 > SWINGS_ON * moving().count() as f64
+    }
+
+    /// A joint that goes nowhere stands: what its track seems to do is noise.
+    fn rest(&mut self) {
+        let places: Vec<f64> = self.loads.iter().map(|l| l.position).collect();
+        let way = quantile(&places, 0.98)
+            .zip(quantile(&places, 0.02))
+            .map_or(0.0, |(high, low)| high - low);
+        if way < NOWHERE * self.jitter {
+            self.loads
+                .iter_mut()
+                .for_each(|l| (l.speed, l.acceleration) = (0.0, 0.0));
+        }
     }
 
     /// Whether nothing touches it at the moment `i`.
@@ -189,6 +205,7 @@ pub(super) fn read_all(capture: &Capture, segmented: &[Segmented], model: &Model
         None => (read, brief),
     };
     let mut reads: Vec<(Read, Option<Brief>)> = each.into_iter().map(taken).collect();
+    reads.iter_mut().for_each(|r| r.0.rest());
     let start = |r: &Read| r.loads.first().map_or(f64::INFINITY, |l| l.time);
     reads.sort_by(|a, b| start(&a.0).total_cmp(&start(&b.0)));
     let places = reads.iter().flat_map(|r| r.0.loads.iter().map(|l| l.position));

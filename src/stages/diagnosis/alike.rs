@@ -69,7 +69,8 @@ const WIDE: [&str; 5] = [
     "tether",
 ];
 /// Causes that go with speed, or are the same, wherever it is.
-const EVERYWHERE: [&str; 7] = [
+const EVERYWHERE: [&str; 8] = [
+    "force-drift",
     "force-bias",
     "force-bias-world",
     "joint-damping",

@@ -57,7 +57,7 @@ pub(super) mod form {
     pub const NOTCH_CATCH_END: usize = 42;
     pub const QUADRATIC_TURNING: usize = 43;
     pub const QUADRATIC_SLIDING: usize = 44;
-    pub const NOTCH_FLAT: usize = 45;
+    pub const NOTCH_ROOFED: usize = 45;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -154,7 +154,7 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::SLOPE => -x[0],
             form::GRAVITY => -(x[0] * q.cos() + x[1] * q.sin()),
             form::DETENT | form::NOTCH | form::NOTCH_EDGED | form::NOTCH_TAILED => notch(a.law.form, x, q),
-            form::NOTCH_FLAT | form::NOTCH_CATCH | form::NOTCH_CATCH_END => notch(a.law.form, x, q),
+            form::NOTCH_ROOFED | form::NOTCH_CATCH | form::NOTCH_CATCH_END => notch(a.law.form, x, q),
             form::LIMIT_HIGH => x[0] * (q - x[1]).max(0.0),
             form::LIMIT_LOW => x[0] * (q - x[1]).min(0.0),
             form::LIMIT_HIGH_STIFFENING => x[0] * stiffening((q - x[1]).max(0.0), x[2].exp()),

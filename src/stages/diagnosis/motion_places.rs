@@ -36,10 +36,10 @@ pub(super) fn notch(kind: usize, x: &[f64], q: f64) -> f64 {
             let peak = (2.0 * tail - 1.0).sqrt().recip();
             as_deep(peak, &|s| s * (1.0 + s * s).powf(-tail))
         }
-        // Its flanks are straight: as much all the way, but for how soon it sets in and ends.
-        form::NOTCH_FLAT => {
-            let (s, over) = (0.5 * s, x[3].exp());
-            0.5 * x[0] * (-0.5_f64).exp() * (s / over).tanh() * (1.0 - ((s.abs() - 1.0) / over).tanh())
+        // A cam with a roof: it sets in at once and falls off to its edges.
+        form::NOTCH_ROOFED => {
+            let (s, over, falls) = (0.25 * s, x[3].exp(), x[4].exp());
+            x[0] * (-0.5_f64).exp() * (s / over).tanh() * (1.0 - s.abs()).max(0.0).powf(falls)
         }
         // A catch that holds fastest where it is shut: what is farther from it than its gap is drawn by a power of that.
         form::NOTCH_CATCH => x[0] * (-0.5_f64).exp() * s.max(1.0).powf(-x[3].exp()),
@@ -111,10 +111,7 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     }
     laws.push(closer_of(detent(form::NOTCH_EDGED), edge()));
     laws.push(closer_of(detent(form::NOTCH_TAILED), tail()));
-    laws.push(closer_of(
-        detent(form::NOTCH_FLAT),
-        Parameter::scale("over", "1", 0.2, 0.6),
-    ));
+    laws.push(roofed(detent(form::NOTCH_ROOFED)));
     for (at, start, catch) in latches {
         let power = Parameter::scale("power", "1", 3.0, 0.35);
         let closer = [
@@ -126,6 +123,20 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     }
     laws.extend(stiffening);
     laws
+}
+
+/// A notch whose pull sets in within a share of its reach and falls off as a power of what is left of that.
+fn roofed(detent: Law) -> Law {
+    let more = [
+        Parameter::scale("over", "1", 0.15, 0.6),
+        Parameter::scale("falls", "1", 0.8, 0.5),
+    ];
+    Law {
+        extends: &[form::DETENT, form::NOTCH],
+        grid: [[0.1f64, 1.0], [0.25, 0.5]].map(|x| x.map(f64::ln).to_vec()).to_vec(),
+        parameters: [detent.parameters.as_slice(), &more].concat(),
+        ..detent
+    }
 }
 
 /// How sharply a notch ends: from nearly a half wave to one that fades out.
@@ -267,6 +278,16 @@ mod tests {
                 .map(|(off, form)| at(0.1 + off, form, &values));
             assert!((near + far).abs() < 1e-12 && near > 0.0);
         }
+    }
+
+    #[test]
+    fn a_roofed_notch_pulls_at_once_and_ends_at_its_edge() {
+        let values = [0.3, 0.1, 0.01_f64.ln(), 0.05_f64.ln(), 0.0];
+        let pull = |off: f64| at(0.1 + off, form::NOTCH_ROOFED, &values);
+        assert!((pull(0.01) + pull(-0.01)).abs() < 1e-12 && pull(0.05) == 0.0);
+        // Half way out half of it is left.
+        assert!((pull(0.02) / (0.3 * (-0.5_f64).exp()) - 0.5).abs() < 1e-6);
+        assert!(pull(0.004) > pull(0.02));
     }
 
     #[test]

@@ -88,6 +88,8 @@ pub struct State {
     pub tool: UnitQuaternion<f64>,
     /// By how much the tool is turned about the normal from how it was held before, rad; nought in what was measured.
     pub twist: f64,
+    /// Doubt of the direction of friction that the noise of a path makes, rad.
+    pub veer: f64,
     /// A hand holds it rigidly, and leads it.
     pub led: bool,
 }
@@ -333,6 +335,7 @@ fn moments(
             phases: [0.0; 2],
             tool: tool_turn(interaction, *t),
             twist: 0.0,
+            veer: 0.0,
             led: interaction.tool.as_ref().is_some_and(|t| t.grip),
         });
     }
@@ -363,7 +366,11 @@ fn channels(states: &[State], measured: &[Vector2<f64>], spread: &[f64], along: 
 /// What the plain model leaves open on purpose of the force along and across, N, beside the spread of each mean.
 pub fn doubts(states: &[State], spread: &[f64], kind: usize) -> Vec<f64> {
     let doubt = |(s, spread): (&State, &f64)| {
-        let share = if kind == 1 { DIRECTION * s.astray() } else { EVEN };
+        let share = if kind == 1 {
+            s.veer.hypot(DIRECTION * s.astray())
+        } else {
+            EVEN
+        };
         let own = if s.contact { share * s.force.norm() } else { 0.0 };
         own.hypot(s.ringing).hypot(HURRIED * s.inertia).hypot(*spread)
     };

@@ -133,6 +133,7 @@ impl Pushes {
             ringing: blow * (-slip / touch.speed / RINGING).exp(),
             phases: [0.0; 2],
             tool: moved.first().map_or_else(UnitQuaternion::identity, |s| s.tool),
+            veer: 0.0,
             twist: touch.turned,
             led: false,
         };

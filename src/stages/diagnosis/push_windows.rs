@@ -71,6 +71,16 @@ fn correlated(states: &[State], measured: &[Vector2<f64>]) -> f64 {
     if told < ALTERNATE { told.max(LEAST) } else { RING }
 }
 
+/// How far the direction in which friction is foretold strays from moment to moment, rad, as the noise of a path has it.
+pub(super) fn veer(states: &[State]) -> f64 {
+    let turns = states.windows(2).filter_map(|pair| {
+        let [a, b] = [pair[0].heading, pair[1].heading];
+        (pair[0].contact && pair[1].contact && a.dot(&b) > 0.0).then(|| a.perp(&b).atan2(a.dot(&b)).powi(2))
+    });
+    let (sum, count) = turns.fold((0.0, 0.0), |(s, n), t| (s + t, n + 1.0));
+    (0.5 * sum / f64::max(count, 1.0)).sqrt()
+}
+
 /// States and forces averaged over windows of slip, and of time at rest, with the standard deviation of each mean.
 pub(super) fn windows(
     states: &[State],
@@ -90,6 +100,7 @@ pub(super) fn windows(
         let off = |m: &Vector2<f64>| (m - force).norm_squared();
         let spread = measured[from..to].iter().map(off).sum::<f64>() / n;
         out.0.push(State {
+            veer: veer(&states[from.saturating_sub(1)..(to + 1).min(states.len())]) / n.sqrt(),
             time: mean(&|s| s.time),
             since: mean(&|s| s.since),
             span: states[to - 1].time - states[from].time,

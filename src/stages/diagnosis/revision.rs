@@ -9,7 +9,7 @@ use super::held_out::gain;
 use super::leftover::left_over;
 use super::named::{odds, values};
 use super::naming::{Climb, NAMED, RIVAL, Rival, Taken, taken_up};
-use super::screen::{Candidate, Scored, scored_at, stands};
+use super::screen::{Candidate, Scored, calms, scored_at, stands};
 use super::together::together;
 
 /// Log evidence, nats, that a form with more numbers has to be worth over the one that it extends.
@@ -70,6 +70,9 @@ impl Climb<'_> {
             let left = |fit: &Fit| left_over(self.family, &self.plain, fit).is_some();
             left(without) && !left(with)
         };
+        if calms(self.family, law, [without, with]) {
+            return false;
+        }
         let form = |whole: bool| may_be_form(self.cause(law), gain, whole, taken());
         // Where two are there already, what is slight beside the larger one is what their forms leave.
         let largest = others.iter().map(|t| t.gain).fold(0.0, f64::max);

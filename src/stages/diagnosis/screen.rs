@@ -256,6 +256,20 @@ fn relieves(family: &dyn Family, base: &Fit, with: &Fit) -> bool {
     numbers.any(|(k, p)| off(base, k, p) > STRAINED && off(with, k, p) < EASY) || scatter.any(|(k, s)| torn(k, s))
 }
 
+/// What is left of such a scatter where a fault of the sensor is the reason.
+const CALMED: f64 = 0.4;
+
+/// Whether a fault of the sensor ends most of what is new in every interaction, where that is far more than it is of a sound one: no
+/// form of another effect makes interactions differ so.
+pub fn calms(family: &dyn Family, law: usize, [without, with]: [&Fit; 2]) -> bool {
+    let calmed = |k: usize, usual: f64| {
+        let [before, after] = [without, with].map(|f| f.noise.tau[k]);
+        before > TORN * usual && after < CALMED * before
+    };
+    let mut scatter = family.scatter().iter().enumerate();
+    family.laws()[law].place == "sensor" && scatter.any(|(k, s)| s.nuisance && calmed(k, s.tau))
+}
+
 /// Full fits of the laws that are worth one, and how well they foretell what is left out.
 pub fn fitted(family: &dyn Family, base: &Fit, scored: &[Scored]) -> Vec<Candidate> {
     let before = leave_one_out(family, base);
@@ -310,5 +324,22 @@ mod tests {
         let mut left = with.clone();
         left.noise.tau[0] = 1.5 * EVEN * expected;
         assert!(!relieves(&toy, &torn, &left));
+    }
+
+    #[test]
+    fn only_a_sensor_calms_what_is_new_in_every_interaction() {
+        let toy = Toy::new(&[(2, 0.4)], 9);
+        let groups: Vec<usize> = (0..Toy::FITTED).collect();
+        let after = fit(&toy, &[], &[1.0], &Noise::start(&toy), &groups);
+        let mut before = after.clone();
+        for (tau, scatter) in before.noise.tau.iter_mut().zip(toy.scatter()) {
+            *tau = 2.0 * TORN * scatter.tau;
+        }
+        let fresh = toy.scatter().iter().any(|s| s.nuisance);
+        for law in 0..toy.laws().len() {
+            let sensor = toy.laws()[law].place == "sensor";
+            assert_eq!(calms(&toy, law, [&before, &after]), sensor && fresh);
+            assert!(!calms(&toy, law, [&after, &after]));
+        }
     }
 }

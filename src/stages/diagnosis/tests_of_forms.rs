@@ -7,6 +7,7 @@ use super::press_laws::{self, Memory};
 use super::press_moment::Moment;
 use super::push_laws::{form, oval, share, table};
 use super::push_states::State;
+use super::push_windows::veer;
 
 fn at(x: f64, y: f64, loaded: f64) -> State {
     State {
@@ -30,6 +31,7 @@ fn at(x: f64, y: f64, loaded: f64) -> State {
         phases: [0.0; 2],
         tool: UnitQuaternion::identity(),
         twist: 0.0,
+        veer: 0.0,
         led: false,
     }
 }
@@ -194,4 +196,42 @@ fn closer_forms_of_presses_are_what_they_extend_where_they_have_nothing_more() {
         &relaxing,
         &forces(press_laws::form::RELAXATION_OF_TWO, &[0.3, 0.5f64.ln(), 0.0, 2.0])
     ));
+}
+
+#[test]
+fn wear_that_settles_begins_as_the_plain_one_does_and_ends() {
+    let worn = |form: usize, worn: f64| {
+        let mut out = 0.0;
+        let law = law(form);
+        let values = [0.4, 0.6_f64.ln()];
+        let state = State {
+            worn,
+            ..at(0.0, 0.0, 1.0)
+        };
+        let active = Active {
+            law: &law,
+            values: &values,
+        };
+        share(&active, &state, 1e-3, 1.0, &mut out);
+        out
+    };
+    assert!((worn(form::WEAR_SETTLING, 1e-4) / worn(form::WEAR, 1e-4) - 1.0).abs() < 1e-3);
+    assert!((worn(form::WEAR_SETTLING, 50.0) - 0.4 * 0.6).abs() < 1e-9);
+}
+
+#[test]
+fn a_path_that_wavers_leaves_the_direction_of_friction_open_and_one_that_turns_back_does_not() {
+    let going = |angle: f64| State {
+        heading: Vector2::new(angle.cos(), angle.sin()),
+        ..at(0.0, 0.0, 1.0)
+    };
+    let wavers: Vec<State> = (0..20).map(|i| going(if i % 2 == 0 { 0.1 } else { -0.1 })).collect();
+    assert!((veer(&wavers) - 0.1 * 2.0_f64.sqrt()).abs() < 1e-9);
+    let back = [
+        going(0.0),
+        going(0.0),
+        going(std::f64::consts::PI),
+        going(std::f64::consts::PI),
+    ];
+    assert!(veer(&back) < 1e-9);
 }

@@ -56,6 +56,22 @@ pub(super) fn faced_laws(make: &Maker) -> Vec<Law> {
     ]
 }
 
+/// A drift of the sensor that begins at a rate `d` and settles, as of one that warms up.
+pub fn warming(make: &Maker, d: Parameter) -> Law {
+    // What takes longer is even for as long as a capture lasts.
+    let settles = Parameter {
+        high: 400f64.ln(),
+        ..Parameter::scale("settles", "s", 60.0, 0.8)
+    };
+    make.law(
+        "force-drift",
+        form::DRIFT_SETTLING,
+        (vec![d], vec![Parameter::nought_before(), settles]),
+        vec![vec![0.0, 25f64.ln()], vec![0.0, 80f64.ln()]],
+        "what is read drifts with time, and settles",
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -58,6 +58,7 @@ pub(super) mod form {
     pub const QUADRATIC_TURNING: usize = 43;
     pub const QUADRATIC_SLIDING: usize = 44;
     pub const NOTCH_ROOFED: usize = 45;
+    pub const DRIFT_SETTLING: usize = 46;
 }
 
 /// Laws that the estimation of a joint knows.

@@ -3,11 +3,12 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::family::{Active, Law, Parameter};
-use super::motion_faced::faced_laws;
+use super::motion_faced::{faced_laws, warming};
 use super::motion_laws::{Maker, Moved, form};
 use super::motion_reads::BIN;
 use super::motion_stops::Stop;
 use super::motions::Scale;
+use super::push_laws::settling;
 use crate::capture::{Capture, PhaseKind, Segmented};
 
 /// Share of the friction of a joint up to which what a free finger reads is none.
@@ -147,6 +148,8 @@ pub fn read(m: &Moved, load: f64, active: &[Active]) -> f64 {
             form::BIAS_FACED => load + x[0] * m.lever * m.way.dot(&m.faced),
             form::DRIFT_FACED => load + x[0] * (m.time + x[1]) * m.lever * m.way.dot(&m.faced),
             form::DRIFT => load + x[0] * (m.time + x[1]) * m.lever,
+            // A sensor warms up, and that is over by and by.
+            form::DRIFT_SETTLING => load + x[0] * settling(m.time + x[1], x[2].exp()) * m.lever,
             form::SATURATION => load.clamp(-x[0].exp() * m.lever, x[0].exp() * m.lever),
             // What turns takes the force through the sensor's axes: each of them ends for itself.
             form::SATURATION_ROOM => {
@@ -214,6 +217,7 @@ pub(super) fn sensor_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             vec![vec![0.0]],
             "what is read drifts with time",
         ),
+        warming(make, force("d", "N/s", 0.005)),
         make.law(
             "force-saturation",
             form::SATURATION,

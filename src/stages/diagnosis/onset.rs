@@ -41,6 +41,8 @@ const FORM: f64 = 0.15;
 const FEWEST: usize = 3;
 const CLEAR: f64 = 5.0;
 const LEAST: f64 = 2e-4;
+/// No bristles bend over a longer way, m: a force that grows over that has another reason.
+const MOST: f64 = 4e-3;
 /// Fewest readings of each part.
 const READINGS: usize = 5;
 
@@ -287,7 +289,7 @@ fn told(all: &[Onset], name: &str, clocks: &Clocks) -> Option<Finding> {
     let (way, sd) = clocks.way_beside(name).unwrap_or((pooled.mean, pooled.sd));
     let odds = clocks.odds_of_a_way();
     let statistic = way / sd;
-    if statistic < CLEAR || way < LEAST || odds < 0.5 {
+    if statistic < CLEAR || !(LEAST..MOST).contains(&way) || odds < 0.5 {
         return None;
     }
     let held: Vec<&Onset> = all.iter().filter(|o| o.held_out).collect();

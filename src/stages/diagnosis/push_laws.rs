@@ -99,7 +99,7 @@ pub fn share(active: &Active, s: &State, length: f64, load: f64, share: &mut f64
 }
 
 /// What grows as `x` at first and comes to no more than `most`.
-fn settling(x: f64, most: f64) -> f64 {
+pub(super) fn settling(x: f64, most: f64) -> f64 {
     most * (1.0 - (-x / most).exp())
 }
 

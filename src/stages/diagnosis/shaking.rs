@@ -246,7 +246,8 @@ mod tests {
             let times: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
             let own = f64::from(touch);
             let at = |t: &f64| {
-                let wobble = 0.02 * (40.0 * (1.0 + 0.37 * own) * t + own).sin() + 0.02 * (211.0 * t * (1.0 + t)).sin();
+                let wobble = 0.02 * (40.0 * (1.0 + 0.37 * own) * t + own).sin()
+                    + 0.02 * ((211.0 + 23.0 * own) * t * (1.0 + t)).sin();
                 let force = if *t < until { force } else { 0.0 };
                 let shaken = force * (std::f64::consts::TAU * hertz * (t + 0.31 * own)).sin();
                 Vector3::new(1.0 + 0.2 * own * t + wobble + shaken, wobble, 0.5 * wobble)

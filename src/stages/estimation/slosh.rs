@@ -361,6 +361,6 @@ mod tests {
     #[test]
     fn of_a_rigid_body_nothing_swings() {
         let found = sloshing_of("box", &[lift(0.0, 2.0), lift(0.0, 3.1)]).expect("a fit");
-        assert!(found.gain < 15.0 && found.share.0.abs() < 0.05, "{found:?}");
+        assert!(found.share.0.abs() < 0.01, "{found:?}");
     }
 }

@@ -6,6 +6,13 @@ use super::press_laws::form;
 
 /// Forms with more numbers, which are tried where the one that they extend was taken up.
 pub fn closer_laws(deepest: f64) -> Vec<Law> {
+    let mut laws = of_history();
+    laws.extend(of_curves(deepest));
+    laws
+}
+
+/// Of what remembers how it was pressed.
+fn of_history() -> Vec<Law> {
     vec![
         Law {
             extends: &[form::ADHESION, form::BOND],
@@ -53,6 +60,12 @@ pub fn closer_laws(deepest: f64) -> Vec<Law> {
                 "going in costs more than coming out gives back, at any speed",
             )
         },
+    ]
+}
+
+/// Of the force over the depth.
+fn of_curves(deepest: f64) -> Vec<Law> {
+    vec![
         Law {
             extends: &[form::STAGE],
             ..law(

@@ -13,15 +13,15 @@ pub(super) fn soft(kind: usize, x: &[f64], m: &Moved) -> f64 {
     let edged = |from: f64| 1.0 / (1.0 + ((from - 0.5 * x[1].exp()) / x[2].exp()).exp());
     // A piston is pushed in, and not drawn out again.
     let v = match kind {
-        form::SOFT_CLOSE_ONE_WAY => m.speed.min(0.0),
-        form::SOFT_END_ONE_WAY => m.speed.max(0.0),
+        form::SOFT_CLOSE_ONE_WAY | form::SOFT_CLOSE_ONE_WAY_EDGED => m.speed.min(0.0),
+        form::SOFT_END_ONE_WAY | form::SOFT_END_ONE_WAY_EDGED => m.speed.max(0.0),
         _ => m.speed,
     };
     match kind {
         form::SOFT_CLOSE | form::SOFT_CLOSE_ONE_WAY => x[0] * v * far(m.position - low),
-        form::SOFT_CLOSE_EDGED => x[0] * v * edged(m.position - low),
+        form::SOFT_CLOSE_EDGED | form::SOFT_CLOSE_ONE_WAY_EDGED => x[0] * v * edged(m.position - low),
         form::SOFT_END | form::SOFT_END_ONE_WAY => x[0] * v * far(high - m.position),
-        form::SOFT_END_EDGED => x[0] * v * edged(high - m.position),
+        form::SOFT_END_EDGED | form::SOFT_END_ONE_WAY_EDGED => x[0] * v * edged(high - m.position),
         _ => 0.0,
     }
 }
@@ -55,21 +55,21 @@ fn soft_close(make: &Maker, s: &Scale, form: usize) -> Law {
 }
 
 /// Soft closes that are as strong up to some place, and end there within an edge.
-fn edged_closes(make: &Maker, s: &Scale) -> [Law; 2] {
+fn edged_closes(make: &Maker, s: &Scale) -> [Law; 4] {
+    use form::{SOFT_CLOSE, SOFT_CLOSE_EDGED, SOFT_CLOSE_ONE_WAY, SOFT_CLOSE_ONE_WAY_EDGED};
+    use form::{SOFT_END, SOFT_END_EDGED, SOFT_END_ONE_WAY, SOFT_END_ONE_WAY_EDGED};
     let span = (s.range[1] - s.range[0]).max(1e-6);
     let edge = Parameter::scale("edge", if s.turns { "rad" } else { "m" }, 0.1 * span, 0.8);
-    let closer = |plain: usize| closer_of(soft_close(make, s, plain), edge.clone());
+    let closer = |form: usize, extends: &'static [usize]| Law {
+        form,
+        extends,
+        ..closer_of(soft_close(make, s, extends[0]), edge.clone())
+    };
     [
-        Law {
-            form: form::SOFT_CLOSE_EDGED,
-            extends: &[form::SOFT_CLOSE],
-            ..closer(form::SOFT_CLOSE)
-        },
-        Law {
-            form: form::SOFT_END_EDGED,
-            extends: &[form::SOFT_END],
-            ..closer(form::SOFT_END)
-        },
+        closer(SOFT_CLOSE_EDGED, &[SOFT_CLOSE]),
+        closer(SOFT_END_EDGED, &[SOFT_END]),
+        closer(SOFT_CLOSE_ONE_WAY_EDGED, &[SOFT_CLOSE_ONE_WAY]),
+        closer(SOFT_END_ONE_WAY_EDGED, &[SOFT_END_ONE_WAY]),
     ]
 }
 

@@ -59,6 +59,8 @@ pub(super) mod form {
     pub const QUADRATIC_SLIDING: usize = 44;
     pub const NOTCH_ROOFED: usize = 45;
     pub const DRIFT_SETTLING: usize = 46;
+    pub const SOFT_CLOSE_ONE_WAY_EDGED: usize = 47;
+    pub const SOFT_END_ONE_WAY_EDGED: usize = 48;
 }
 
 /// Laws that the estimation of a joint knows.

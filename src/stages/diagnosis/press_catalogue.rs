@@ -2,7 +2,7 @@
 
 use super::family::{Law, Parameter, Scatter};
 use super::press_closer::closer_laws;
-use super::press_laws::form;
+use super::press_laws::{TURNS, form};
 use super::presses::Presses;
 
 pub(super) fn law(
@@ -216,7 +216,7 @@ fn guide_laws() -> Vec<Law> {
             vec![Parameter::positive("Fc", "N", 0.4)],
             // What sets in over larger speeds is a damper.
             vec![Parameter {
-                high: 2e-3_f64.ln(),
+                high: TURNS.ln(),
                 ..Parameter::scale("vs", "m/s", 5e-4, 0.8)
             }],
             logs(&[5e-4]),

@@ -47,21 +47,21 @@ const DAMPED_AT: f64 = 0.01;
 
 /// Through how many equal poles what is read follows.
 pub(super) fn poles(form: usize) -> u8 {
-    match form {
-        form::LAG => 1,
-        form::LAG_OF_TWO => 2,
-        _ => 0,
-    }
+    u8::from(form == form::LAG) + 2 * u8::from(form == form::LAG_OF_TWO)
 }
 
 /// Below this a lag may be how the tip and what is pressed give, s, and a step at contact how the surface is met, N.
 const SLIGHT: f64 = 15.5e-3;
 const STEP: f64 = 0.1;
+/// Largest rate over which the friction of a guide turns, m/s.
+pub(super) const TURNS: f64 = 2e-3;
 
 /// Whether a law is of so little that it tells nothing.
 pub(super) fn slight(form: usize, values: &[f64]) -> bool {
     let below = |least: f64| values.first().is_some_and(|value| value.abs() < least);
-    (poles(form) > 0 && below(SLIGHT)) || (form == self::form::PRELOAD && below(STEP))
+    // A friction that sets in over as large a speed as that is a damper.
+    let soft = form == self::form::GUIDE_SOFT && values.get(1).is_some_and(|vs| *vs > TURNS.ln() - 0.02);
+    (poles(form) > 0 && below(SLIGHT)) || (form == self::form::PRELOAD && below(STEP)) || soft
 }
 
 /// One pole: what it reads, and what it followed last, N.

@@ -19,6 +19,8 @@ const LEAVES: f64 = 0.85;
 /// Rates beyond which an arm that gives, or a slow creep of the reading, is as good a reason, rad/s; and the largest share.
 const SWINGS: [f64; 2] = [7.0, 65.0];
 const WHOLE: f64 = 0.9;
+/// Damping ratio from which on nothing swings that could be told from a force that is read late.
+const DIES: f64 = 0.45;
 
 /// A loose mass of every link that hung on the tool and shows one.
 pub fn sloshing_findings(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Finding> {
@@ -28,11 +30,13 @@ pub fn sloshing_findings(capture: &Capture, segmented: &[Segmented], model: &Mod
 
 fn clear(s: &Sloshing) -> bool {
     let better = s.foretold.iter().filter(|g| **g > 0.0).count() as f64;
-    let borne_out = s.foretold.is_empty()
-        || better >= BETTER * s.foretold.len() as f64 && s.foretold.iter().sum::<f64>() > FORETELLS;
+    // One lift alone bears nothing out.
+    let several = s.foretold.len() > 1;
+    let borne_out = several && better >= BETTER * s.foretold.len() as f64 && s.foretold.iter().sum::<f64>() > FORETELLS;
     let (share, sd) = s.share;
     let told = s.gain > NAMED && borne_out && share > (CLEAR * sd).max(LEAST) && share < WHOLE;
-    told && (SWINGS[0]..SWINGS[1]).contains(&s.rate.0) && s.left[1] < LEAVES * s.left[0]
+    let swings = s.damping.0 < DIES;
+    told && swings && (SWINGS[0]..SWINGS[1]).contains(&s.rate.0) && s.left[1] < LEAVES * s.left[0]
 }
 
 fn finding(s: Sloshing) -> Finding {
@@ -99,6 +103,14 @@ mod tests {
             rate: (80.0, 0.5),
             ..seen()
         };
-        assert!(![unlike, faint, stiff].iter().any(clear));
+        let alone = Sloshing {
+            foretold: Vec::new(),
+            ..seen()
+        };
+        let dead = Sloshing {
+            damping: (0.6, 0.02),
+            ..seen()
+        };
+        assert!(![unlike, faint, stiff, alone, dead].iter().any(clear));
     }
 }

@@ -10,8 +10,8 @@ use nalgebra::{DMatrix, DVector, Point3, Vector3};
 
 use super::facts::subject;
 use super::lift::aloft;
-use super::twist::{DENSE, STEP, weighed};
-use crate::capture::{Capture, Interaction, Kind, Segmented};
+use super::twist::{DENSE, STEP, noise_gain, weighed};
+use crate::capture::{Capture, Interaction, Kind, Segmented, position_noise};
 use crate::math::weighted_linear;
 use crate::twin::{Link, Model};
 
@@ -26,8 +26,9 @@ const RESOLVES: f64 = 0.2;
 const LATE: f64 = 0.02;
 /// Bumps that overlap by so much say so many times what as many of their own would.
 const OVERLAP: f64 = 2.0;
-/// Fewest bumps.
+/// Fewest bumps, and by how much what is sped up is above what noise of the track makes of it.
 const FEWEST: usize = 40;
+const CLEAR: f64 = 10.0;
 
 /// A part that swings in what hung on the tool.
 #[derive(Clone, Debug)]
@@ -251,13 +252,21 @@ fn lift_of(
     let stretch = aloft(interaction, cut, up, link)?;
     let poses = (0..track.len()).filter_map(|i| Some((track.time[i], track.pose(i)?.0 * centre)));
     let (time, places): (Vec<f64>, Vec<Point3<f64>>) = poses.unzip();
+    let noise = position_noise(&[track]) * noise_gain(&time);
     let of = |axis: usize| {
         let force: Vec<f64> = stream.force.iter().map(|f| f[axis]).collect();
         let place = places.iter().map(|p| p[axis]).collect();
         Axis::new((&time, place), (&stream.time, &force), &(stretch.start..stretch.end))
     };
-    Some(Lift {
-        axes: vec![of(0), of(1), of(2)],
+    let axes = [of(0), of(1), of(2)];
+    let strong = |axis: &Axis| {
+        let squares: f64 = axis.rows.iter().map(|r| r[0] * r[0]).sum();
+        (squares / axis.rows.len().max(1) as f64).sqrt()
+    };
+    // What is sped up by hardly more than the noise of its track says is told too small, and a part that swings makes up for it.
+    let told: Vec<Axis> = axes.into_iter().filter(|a| strong(a) > CLEAR * noise).collect();
+    (!told.is_empty()).then(|| Lift {
+        axes: told,
         time,
         name: interaction.name.clone(),
         held_out: interaction.held_out,

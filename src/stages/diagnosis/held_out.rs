@@ -180,6 +180,10 @@ fn judged(
     if READ_LATE.contains(&law.cause) && says_little_of_lateness(family, &gain, taken, first) {
         return None;
     }
+    // So is what swings in the moved part.
+    if law.cause == "joint-loose-mass" && !first && takes_away(sigma_of(family, taken), &gain) < MOST_OF_IT {
+        return None;
+    }
     // Where none was held out, what leaves the error of those that were fitted as it is explains nothing; at a place of the table what
     // makes it worse is what the form of something else leaves there.
     let ruined = of_table && gain.reduction < RUINED;
@@ -191,10 +195,20 @@ fn judged(
     (!vetoed).then_some(gain)
 }
 
+/// Noise at rest of what an effect is about.
+fn sigma_of(family: &dyn Family, taken: &Taken) -> f64 {
+    let kind = family.kinds().get(family.about(taken.law));
+    kind.map_or(0.0, |k| k.sigma)
+}
+
 /// Whether a law by which force and motion are read at two times takes too little away to be one.
 fn says_little_of_lateness(family: &dyn Family, gain: &Gain, taken: &Taken, first: bool) -> bool {
-    let sigma = family.kinds().get(family.about(taken.law)).map_or(0.0, |k| k.sigma);
-    little_of_lateness(sigma, gain, (taken.gain, first), family.passes_all_places())
+    little_of_lateness(
+        sigma_of(family, taken),
+        gain,
+        (taken.gain, first),
+        family.passes_all_places(),
+    )
 }
 
 /// The same of a law with this log evidence, whether it is the first one, and whether it is of a joint.

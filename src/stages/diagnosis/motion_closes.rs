@@ -5,9 +5,23 @@ use super::motion_laws::{Maker, Moved, form, units};
 use super::motion_places::closer_of;
 use super::motions::Scale;
 
+/// Shares of the range by which the joint is moved past where it stood when the capture began, and is there short of its far end.
+pub(super) const PAST: [f64; 2] = [0.13, 0.1];
+
+/// Whether the joint is moved past where it stood when the capture began, which may be where it is closed.
+pub(super) fn moved_past([low, high]: [f64; 2]) -> bool {
+    let span = high - low;
+    low + PAST[0] * span < 0.0 && 0.0 < high - PAST[1] * span
+}
+
+/// Where the near end of a range is closed, rad or m.
+fn shut(ends: [f64; 2]) -> f64 {
+    if moved_past(ends) { 0.0 } else { ends[0] }
+}
+
 /// What damps the way into an end of the range, of a damping and the logarithm of the distance from that end at which it begins.
 pub(super) fn soft(kind: usize, x: &[f64], m: &Moved) -> f64 {
-    let [low, high] = m.ends;
+    let [low, high] = [shut(m.ends), m.ends[1]];
     let far = |from: f64| (1.0 - from / x[1].exp()).clamp(0.0, 1.0);
     // All of it up to half of where that ends, but for an edge.
     let edged = |from: f64| 1.0 / (1.0 + ((from - 0.5 * x[1].exp()) / x[2].exp()).exp());
@@ -81,10 +95,16 @@ mod tests {
         let m = Moved {
             position,
             speed,
-            ends: [-0.2, 1.0],
+            ends: [0.2, 1.4],
             ..Moved::default()
         };
         soft(kind, &[0.5, 0.4_f64.ln(), 0.01_f64.ln()], &m)
+    }
+
+    #[test]
+    fn what_is_moved_past_where_it_stood_is_closed_there() {
+        assert!(shut([-0.02, 1.0]) == -0.02 && shut([-0.9, 0.01]) == -0.9);
+        assert!(shut([-0.5, 0.8]) == 0.0);
     }
 
     #[test]
@@ -97,10 +117,10 @@ mod tests {
         ];
         for (low, high) in ends {
             for (from, v) in [(0.0, -2.0), (0.1, -2.0), (0.3, 1.0), (0.5, -1.0)] {
-                assert!((at(low, from - 0.2, v) + at(high, 1.0 - from, -v)).abs() < 1e-12);
+                assert!((at(low, from + 0.2, v) + at(high, 1.4 - from, -v)).abs() < 1e-12);
             }
         }
-        assert!((at(SOFT_CLOSE, 0.0, -2.0) + 0.5).abs() < 1e-12 && at(SOFT_CLOSE, 0.3, -2.0) == 0.0);
-        assert!(at(SOFT_END_ONE_WAY, 0.9, -1.0) == 0.0 && at(SOFT_END_ONE_WAY, 0.9, 1.0) > 0.0);
+        assert!((at(SOFT_CLOSE, 0.4, -2.0) + 0.5).abs() < 1e-12 && at(SOFT_CLOSE, 0.7, -2.0) == 0.0);
+        assert!(at(SOFT_END_ONE_WAY, 1.3, -1.0) == 0.0 && at(SOFT_END_ONE_WAY, 1.3, 1.0) > 0.0);
     }
 }

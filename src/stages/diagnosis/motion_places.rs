@@ -1,7 +1,7 @@
 //! What acts at one place of a joint's way: notches, latches, ends that give.
 
 use super::family::{Law, Parameter};
-use super::motion_closes::soft_closes;
+use super::motion_closes::{moved_past, soft_closes};
 use super::motion_laws::{Maker, form, units};
 use super::motions::Scale;
 
@@ -103,7 +103,7 @@ pub fn local_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     laws.extend(stops);
     laws.extend(soft_closes(make, s));
     // Closed may be where the joint stood when the capture began, though it is moved past that.
-    if low + 0.13 * span < 0.0 && 0.0 < high - 0.1 * span {
+    if moved_past(s.range) {
         let shut = [-0.05 * span, 0.05 * span];
         laws.extend([form::DETENT, form::NOTCH].map(|form| latch(form, shut, 0.0)));
         laws.push(closer_of(latch(form::NOTCH_EDGED, shut, 0.0), edge()));

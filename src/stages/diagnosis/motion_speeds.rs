@@ -76,12 +76,13 @@ pub fn speed_laws(make: &Maker, s: &Scale) -> Vec<Law> {
     ]
 }
 
-/// The closer form of it with another power than the square: what flows or turns about does not quite keep to that.
+/// The closer form of it with a larger power than the square: what flows or turns about does not quite keep to that. A smaller one is
+/// what a linear damper beside it looks like.
 fn about_square(quadratic: Law, turns: bool) -> Law {
     let power = Parameter {
-        low: 1.5,
+        low: 2.0,
         high: 3.2,
-        ..Parameter::place("power", 2.0, 0.4)
+        ..Parameter::place("power", 2.2, 0.4)
     };
     Law {
         form: if turns {
@@ -90,7 +91,7 @@ fn about_square(quadratic: Law, turns: bool) -> Law {
             form::QUADRATIC_SLIDING
         },
         extends: &[form::QUADRATIC],
-        grid: vec![vec![1.7], vec![2.4]],
+        grid: vec![vec![2.2], vec![2.7]],
         parameters: [quadratic.parameters, vec![power]].concat(),
         ..quadratic
     }

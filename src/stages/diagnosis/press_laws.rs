@@ -56,7 +56,7 @@ const STEP: f64 = 0.1;
 /// Largest rate over which the friction of a guide turns, m/s.
 pub(super) const TURNS: f64 = 2e-3;
 
-/// Whether a law is of so little that it tells nothing.
+/// Whether a law is of so little that it tells nothing, or is one of another cause at these values.
 pub(super) fn slight(form: usize, values: &[f64]) -> bool {
     let below = |least: f64| values.first().is_some_and(|value| value.abs() < least);
     // A friction that sets in over as large a speed as that is a damper.

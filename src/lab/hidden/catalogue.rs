@@ -92,6 +92,8 @@ const CAUSES: &[(&str, Shows)] = &[
     ("contact-point-offset", Shows::Push),
     ("quantisation", Shows::Force),
     ("outliers", Shows::Force),
+    ("outside-reflex", Shows::Force),
+    ("outside-snagging-cable", Shows::Force),
 ];
 
 fn shows(scene: &Scene, what: Shows) -> bool {

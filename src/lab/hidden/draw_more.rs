@@ -206,6 +206,8 @@ impl Draw {
                 let offset = self.heading() * self.say("distance", (0.012 * self.s).min(0.04));
                 Fault::ToolOffset([offset.x, offset.y])
             }
+            "outside-reflex" => Fault::Reflex(self.uniform("after", 0.25, 0.7), self.say("force", 0.3 * s)),
+            "outside-snagging-cable" => Fault::Snags(self.uniform("per_second", 0.8, 2.0), self.say("force", 0.5 * s)),
             "quantisation" => Fault::Quantisation(self.say("step", 0.25 * s)),
             _ => Fault::Outliers(self.say("share", (0.02 * s).min(0.3))),
         })

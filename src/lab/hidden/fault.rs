@@ -40,7 +40,17 @@ pub(in crate::lab) enum Fault {
     Quantisation(f64),
     /// This share of all readings is far off.
     Outliers(f64),
+    /// Outside the catalogue: what the arm does so many seconds after it touched strains the sensor by this force along its way.
+    Reflex(f64, f64),
+    /// Outside the catalogue: a cable that snags so many times a second, and tugs along the way with this force for a moment.
+    Snags(f64, f64),
 }
+
+/// Seconds over which an arm's reflex sets in, and for which a cable tugs, at least and at most.
+const SETS_IN: f64 = 0.08;
+const TUGS: std::ops::Range<f64> = 0.06..0.15;
+/// Least force of a touch, N.
+const TOUCHED: f64 = 1e-3;
 
 /// All faults of a capture.
 #[derive(Clone, Debug, Default)]
@@ -164,6 +174,16 @@ impl Fault {
                     p.torque[k] *= 1.0 + share;
                 }
             }
+            Fault::Reflex(after, force) => {
+                let places: Vec<Point3<f64>> = p.tool_pose.iter().map(|t| t.0.translation.vector.into()).collect();
+                let along = way(p.kind, &places);
+                let touched = |f: &Vector3<f64>| f.norm() > TOUCHED;
+                let Some(first) = p.force.iter().position(touched) else { return };
+                let begun = p.force_time[first] + after;
+                for (f, t) in p.force.iter_mut().zip(&p.force_time).filter(|(f, _)| touched(f)) {
+                    *f += along * (force * ((t - begun) / SETS_IN).clamp(0.0, 1.0));
+                }
+            }
             Fault::ToolOffset([x, y]) => {
                 for pose in &mut p.tool_pose {
                     pose.0.translation.vector += Vector3::new(x, y, 0.0);
@@ -183,6 +203,8 @@ impl Fault {
         );
         let dice = |stream: &str| rng_for(seed, &format!("outliers {}: {stream}", interaction.name));
         let (mut force_dice, name) = (dice("force"), interaction.name.clone());
+        let mut snag_dice = rng_for(seed, &format!("snags {name}"));
+        let mut tug_dice = rng_for(seed, &format!("tugs {name}"));
         if let Some(wrench) = &mut interaction.force {
             match *self {
                 Fault::Bias(force) => wrench.force.iter_mut().for_each(|f| *f += along * force),
@@ -203,6 +225,19 @@ impl Fault {
                     .iter_mut()
                     .for_each(|f| *f += stray(&mut force_dice, share, 0.3)),
                 Fault::ClockDrift(rate) => wrench.time.iter_mut().for_each(|t| *t *= 1.0 + rate),
+                Fault::Snags(rate, force) => {
+                    let mut wait = || -(1.0 - snag_dice.random::<f64>()).ln() / rate;
+                    let (mut next, mut until) = (wait(), 0.0);
+                    for (f, t) in wrench.force.iter_mut().zip(&wrench.time) {
+                        if *t >= next {
+                            until = next + TUGS.start + (TUGS.end - TUGS.start) * tug_dice.random::<f64>();
+                            next = until + wait();
+                        }
+                        if *t < until {
+                            *f += along * force;
+                        }
+                    }
+                }
                 _ => {}
             }
         }

@@ -21,7 +21,7 @@ use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
 use super::motion_sensor::{Free, lagging, late, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
-use super::shows_in::{ACCELERATION, BACK, DIRECTION};
+use super::shows_in::{ACCELERATION, BACK, DIRECTION, TIME};
 use crate::capture::{Capture, Segmented};
 use crate::math::{median, quantile};
 use crate::stages::estimation::JointLoad;
@@ -382,7 +382,7 @@ impl Family for Motions {
         vec![
             ("joint position", units[0], self.told(group, &|m| m.position)),
             ("joint speed", units[1], self.told(group, &|m| m.speed.abs())),
-            ("time since the capture began", "s", self.told(group, &|m| m.time)),
+            (TIME, "s", self.told(group, &|m| m.time)),
         ]
     }
 

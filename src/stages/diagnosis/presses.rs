@@ -13,6 +13,7 @@ use super::press_laws::{Memory, Met, lower, slight, sunk};
 use super::press_moment::Moment;
 use super::press_reads::Read;
 use super::press_spots::uneven_pad;
+use super::shows_in::TIME;
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::median;
 use crate::stages::estimation::support_normal;
@@ -353,7 +354,7 @@ impl Family for Presses {
         vec![
             ("depth", "m", of(&|m| m.depth)),
             ("rate of the press", "m/s", of(&|m| m.rate)),
-            ("time since the capture began", "s", of(&|m| m.time)),
+            (TIME, "s", of(&|m| m.time)),
         ]
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::family::Covariate;
 use super::push_states::State;
-use super::shows_in::{DISTANCE, LOAD, PAST, SPEEDING, TOOL_HEADING, WORN};
+use super::shows_in::{DISTANCE, LOAD, PAST, SPEEDING, TIME, TOOL_HEADING, WORN};
 
 /// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
 pub const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
@@ -144,7 +144,7 @@ pub fn covariates(states: &[State]) -> Vec<Covariate> {
         ("slip since the push began", "m", column(states, |s| s.slip)),
         ("place along x", "m", column(states, |s| s.at.x)),
         ("place along y", "m", column(states, |s| s.at.y)),
-        ("time since the capture began", "s", column(states, |s| s.time)),
+        (TIME, "s", column(states, |s| s.time)),
         ("waiting time", "s", column(states, |s| s.wait)),
     ]
 }

@@ -5,15 +5,19 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::family::Family;
+use super::family::{Covariate, Family};
 use super::fit::{Fit, parameters};
 use super::marginal::{Linear, Point, Tangent, whitened};
+use super::shows_in::TIME;
 
 /// Gaussians along one covariate; along each of two.
 const ALONE: usize = 10;
 const TOGETHER: usize = 5;
 /// Standard deviations of a Gaussian's height that are tried, in units of the noise.
 const HEIGHTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
+/// What is told of the time of a sample where nothing is named.
+const SINCE: &str = "time since the touch began";
 
 /// A smooth dependence of what is left on one covariate or on two.
 #[derive(Clone, Debug)]
@@ -55,6 +59,20 @@ pub fn structure(family: &dyn Family, fit: &Fit) -> Option<Structure> {
     all.max_by(|a, b| a.gain.total_cmp(&b.gain))
 }
 
+/// What samples of a group differ in; where nothing is `named`, how long the tool has touched as well: what an arm does so long after
+/// it touched is no law, but laws that relax, or wear, in another form than nature do leave what depends on that.
+fn told_by(family: &dyn Family, group: usize, unnamed: bool) -> Vec<Covariate> {
+    let mut all = family.covariates(group);
+    all.extend(family.besides(group));
+    let times = all.iter().find(|c| c.0 == TIME).filter(|_| unnamed);
+    let since = times.map(|(_, unit, times)| {
+        let begun = times.iter().copied().fold(f64::INFINITY, f64::min);
+        (SINCE, *unit, times.iter().map(|t| t - begun).collect())
+    });
+    all.extend(since);
+    all
+}
+
 impl<'a> Left<'a> {
     fn of(family: &'a dyn Family, fit: &'a Fit) -> Option<Self> {
         let priors = parameters(family, &fit.laws);
@@ -69,9 +87,9 @@ impl<'a> Left<'a> {
             (tangent, linear)
         };
         let groups: Vec<(Tangent, Linear)> = fit.groups.par_iter().map(of).collect();
-        let all = |g: usize| family.covariates(g).into_iter().chain(family.besides(g));
-        let names: Vec<&'static str> = all(*fit.groups.first()?).map(|c| c.0).collect();
-        let covariates = fit.groups.iter().map(|g| all(*g).map(|c| c.2).collect::<Vec<_>>());
+        let all = |g: usize| told_by(family, g, fit.laws.is_empty());
+        let names: Vec<&'static str> = all(*fit.groups.first()?).iter().map(|c| c.0).collect();
+        let covariates = fit.groups.iter().map(|g| all(*g).into_iter().map(|c| c.2).collect::<Vec<_>>());
         let p = priors.len();
         let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
         let pull = priors

@@ -12,6 +12,7 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 use super::Quantity;
 use super::family::{Active, Channel, ChannelKind, Family, Group, Parameter, Sheet};
 use super::fit::Fit;
+use super::shows_in::TIME;
 use super::turn_laws::{self, form, scatter, turn_laws};
 use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::geometry::mass_properties;
@@ -389,7 +390,7 @@ impl Family for Turns {
                 of(&|r| r.turned.outward.y.atan2(r.turned.outward.x)),
             ),
             ("spin", "rad/s", of(&|r| r.turned.spin)),
-            ("time since the capture began", "s", of(&|r| r.turned.time)),
+            (TIME, "s", of(&|r| r.turned.time)),
         ]
     }
 }

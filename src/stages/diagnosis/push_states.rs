@@ -8,7 +8,7 @@ use super::family::{Channel, Group};
 use super::predict::Scene;
 use super::push_history::History;
 use super::push_loads::{borne, foretold_load, lade};
-use super::push_motion::{Motion, approach, going, going_on, impact, leaves, rise, tool_turn};
+use super::push_motion::{Motion, approach, drawn_back, going, going_on, impact, leaves, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
 use super::push_windows::windows;
 use super::rubbing::{Rubbing, rubbing};
@@ -152,6 +152,10 @@ impl Observed {
             first: last.is_none(),
             worn: last.map_or(0.0, |l| l.1) + history.slid_before(&link.name),
             strained: scene.segmented.is_some_and(|s| s.preload.is_some()),
+            drawn: interaction
+                .tracks
+                .get(&link.name)
+                .is_some_and(|track| drawn_back(track, &(plane[0] * along.x + plane[1] * along.y), touched.1)),
         };
         let (mut states, measured, slip) = moments(
             interaction,
@@ -256,7 +260,7 @@ pub fn along_one_line<'a>(states: impl Iterator<Item = &'a State>, of_body: bool
     sum.norm() > ONE_LINE * f64::max(count, 1.0)
 }
 
-/// What had been done to a body before.
+/// What had been done to a body before, and what it did after.
 struct Past {
     zero: f64,
     wait: f64,
@@ -264,6 +268,8 @@ struct Past {
     worn: f64,
     /// A hand held already, and strained at what rested.
     strained: bool,
+    /// It came back after the tool when that was drawn back.
+    drawn: bool,
 }
 
 /// The moments at which the tool moves the body steadily or nothing touches, the forces there, and the slip in all.
@@ -292,7 +298,7 @@ fn moments(
     );
     let left = leaves(interaction, plane, along, touched.1);
     // A finger that stopped may press on what sticks.
-    let free = |t: f64, f: f64| t > touched.1 + FREED && (t > left + FREED || f < PRESSES * usually.unwrap_or(0.0));
+    let free = |t: f64, f: f64| !past.drawn && t > touched.1 + FREED && (t > left + FREED || f < PRESSES * usually.unwrap_or(0.0));
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     for (t, f) in time.iter().zip(force) {

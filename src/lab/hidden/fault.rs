@@ -178,7 +178,9 @@ impl Fault {
                 let places: Vec<Point3<f64>> = p.tool_pose.iter().map(|t| t.0.translation.vector.into()).collect();
                 let along = way(p.kind, &places);
                 let touched = |f: &Vector3<f64>| f.norm() > TOUCHED;
-                let Some(first) = p.force.iter().position(touched) else { return };
+                let Some(first) = p.force.iter().position(touched) else {
+                    return;
+                };
                 let begun = p.force_time[first] + after;
                 for (f, t) in p.force.iter_mut().zip(&p.force_time).filter(|(f, _)| touched(f)) {
                     *f += along * (force * ((t - begun) / SETS_IN).clamp(0.0, 1.0));

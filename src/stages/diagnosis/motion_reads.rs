@@ -302,6 +302,17 @@ impl Motions {
     }
 }
 
+/// The largest component of the force along the freedom of any motion that is faster than `slow`, but for its noise, N: slow motions have
+/// most of the readings, fast ones the largest.
+pub(super) fn largest_component(reads: &[Read], slow: f64) -> f64 {
+    let of = |r: &Read| {
+        let moving = r.loads.iter().filter(|l| l.speed.abs() > slow);
+        let each: Vec<f64> = moving.map(|l| (l.way * (l.load / l.lever)).amax()).collect();
+        quantile(&each, 0.95)
+    };
+    reads.iter().filter_map(of).fold(0.0, f64::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

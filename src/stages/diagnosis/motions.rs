@@ -17,7 +17,7 @@ use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_faced::{both_ways, chord};
 use super::motion_history::{Turning, bonded, loose};
 use super::motion_laws::{Moved, TOLD, base_of, effort, form, held, motion_laws, open_at_rest, set_in, sliding};
-use super::motion_reads::{BIN, CUTS, Read, read_all, scatter_of};
+use super::motion_reads::{BIN, CUTS, Read, largest_component, read_all, scatter_of};
 use super::motion_sensor::{Free, lagging, late, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
@@ -137,7 +137,7 @@ impl Motions {
             load: largest,
             // A single reading may stray.
             force: quantile(&loads().map(|l| felt(l).abs()).collect::<Vec<_>>(), 0.998)?,
-            component: quantile(&of(&|l| (l.way * felt(l)).amax()), 0.95)?,
+            component: largest_component(reads, slow),
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,

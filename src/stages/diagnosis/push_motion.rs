@@ -36,7 +36,10 @@ pub fn impact(time: &[f64], force: &[Vector3<f64>], (motion, end): (&Motion, f64
     }
 }
 
-/// When the force first reached half of what the plain model says.
+/// Shares of what the plain model says at which the tool touches, where something else may help it, and at which it moves what it touches.
+const RISES: [f64; 2] = [0.15, 0.5];
+
+/// When the force first reached these shares of what the plain model says.
 pub fn rise(
     time: &[f64],
     force: &[Vector3<f64>],
@@ -44,7 +47,7 @@ pub fn rise(
     along: &Vector2<f64>,
     found: &PushPrediction,
     touched: (f64, f64),
-) -> Option<f64> {
+) -> Option<[f64; 2]> {
     let of = |i: usize| flat(&force[i]).dot(along);
     let rest: Vec<f64> = (0..time.len()).filter(|i| time[*i] < touched.0 - 0.3).map(of).collect();
     let tare = median(&rest).unwrap_or(0.0);
@@ -56,8 +59,11 @@ pub fn rise(
         .filter(|f| f.abs() > 1e-9)
         .collect();
     let level = median(&inside)?;
-    let above = |i: &usize| of(*i) - tare > 0.5 * level && time[*i] > touched.0 - 0.3;
-    (0..time.len()).find(above).map(|i| time[i])
+    let first = |share: f64| {
+        let above = |i: &usize| of(*i) - tare > share * level && time[*i] > touched.0 - 0.3;
+        (0..time.len()).find(above).map(|i| time[i])
+    };
+    Some([first(RISES[0])?, first(RISES[1])?])
 }
 
 /// Readings of a track that are averaged, and how far from the plain model's way (m, root mean square) the track is followed.
@@ -258,12 +264,18 @@ const BACK: f64 = 2e-3;
 pub fn drawn_back(track: &PoseStream, way: &Vector3<f64>, end: f64) -> bool {
     let (before, after): (Vec<_>, Vec<_>) = track.time.iter().zip(&track.position).partition(|(t, _)| **t < end);
     let near = |rows: &[(&f64, &Point3<f64>)]| {
-        let places: Vec<f64> = rows.iter().map(|(_, p)| p.coords.dot(way)).filter(|x| x.is_finite()).collect();
+        let places: Vec<f64> = rows
+            .iter()
+            .map(|(_, p)| p.coords.dot(way))
+            .filter(|x| x.is_finite())
+            .collect();
         median(&places)
     };
     let stopped = near(&before[before.len().saturating_sub(SMOOTH)..]);
     let rests = near(&after[after.len().saturating_sub(SMOOTH)..]);
-    stopped.zip(rests).is_some_and(|(stopped, rests)| rests - stopped < -BACK)
+    stopped
+        .zip(rests)
+        .is_some_and(|(stopped, rests)| rests - stopped < -BACK)
 }
 
 /// Seconds over which the speed of a tool is taken.

@@ -143,12 +143,13 @@ impl Observed {
             motion.led_by(track, link, plane);
         }
         let touched = motion.touched_by(&found, scene.segmented.filter(|_| action.tool.hold != Hold::Push))?;
-        let onset = rise(&time, &force, &flat, &along, &found, touched)?;
+        let [begun, onset] = rise(&time, &force, &flat, &along, &found, touched)?;
         let last = history.of(&link.name);
         let wait = (onset - last.map_or(zero, |l| l.0)).max(0.0);
         let past = Past {
             zero,
             wait,
+            begun,
             first: last.is_none(),
             worn: last.map_or(0.0, |l| l.1) + history.slid_before(&link.name),
             strained: scene.segmented.is_some_and(|s| s.preload.is_some()),
@@ -264,6 +265,8 @@ pub fn along_one_line<'a>(states: impl Iterator<Item = &'a State>, of_body: bool
 struct Past {
     zero: f64,
     wait: f64,
+    /// When the force began to rise, s.
+    begun: f64,
     first: bool,
     worn: f64,
     /// A hand held already, and strained at what rested.
@@ -298,7 +301,9 @@ fn moments(
     );
     let left = leaves(interaction, plane, along, touched.1);
     // A finger that stopped may press on what sticks.
-    let free = |t: f64, f: f64| !past.drawn && t > touched.1 + FREED && (t > left + FREED || f < PRESSES * usually.unwrap_or(0.0));
+    let free = |t: f64, f: f64| {
+        !past.drawn && t > touched.1 + FREED && (t > left + FREED || f < PRESSES * usually.unwrap_or(0.0))
+    };
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     for (t, f) in time.iter().zip(force) {
@@ -314,7 +319,7 @@ fn moments(
         let steady = moment.speed > STEADY * usual || sets_out;
         let touches = !flies(f.norm(), moment.force.norm(), moment.speed);
         let contact = within && foretold && touches && slip > SETTLED && steady && pushes(*t, moment.speed);
-        let rest = !past.strained && (*t < onset.min(touched.0) - 0.15 || free(*t, f.norm()));
+        let rest = !past.strained && (*t < past.begun.min(touched.0) - 0.15 || free(*t, f.norm()));
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;
         }

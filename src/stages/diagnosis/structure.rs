@@ -89,7 +89,10 @@ impl<'a> Left<'a> {
         let groups: Vec<(Tangent, Linear)> = fit.groups.par_iter().map(of).collect();
         let all = |g: usize| told_by(family, g, fit.laws.is_empty());
         let names: Vec<&'static str> = all(*fit.groups.first()?).iter().map(|c| c.0).collect();
-        let covariates = fit.groups.iter().map(|g| all(*g).into_iter().map(|c| c.2).collect::<Vec<_>>());
+        let covariates = fit
+            .groups
+            .iter()
+            .map(|g| all(*g).into_iter().map(|c| c.2).collect::<Vec<_>>());
         let p = priors.len();
         let mut h = DMatrix::from_diagonal(&DVector::from_iterator(p, priors.iter().map(|x| x.sd.powi(-2))));
         let pull = priors

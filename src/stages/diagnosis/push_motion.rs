@@ -36,13 +36,14 @@ pub fn impact(time: &[f64], force: &[Vector3<f64>], (motion, end): (&Motion, f64
     }
 }
 
-/// Shares of what the plain model says at which the tool touches, where something else may help it, and at which it moves what it touches.
-const RISES: [f64; 2] = [0.15, 0.5];
+/// Share of what the plain model says, and standard deviations of a reading, from which on the tool touches, for this many readings.
+const TOUCHES: (f64, f64, usize) = (0.15, 6.0, 3);
 
-/// When the force first reached these shares of what the plain model says.
+/// When the force first stood off the tare, and when it first reached half of what the plain model says. Something else may move
+/// what is touched before, or help to.
 pub fn rise(
     time: &[f64],
-    force: &[Vector3<f64>],
+    (force, noise): (&[Vector3<f64>], f64),
     flat: &dyn Fn(&Vector3<f64>) -> Vector2<f64>,
     along: &Vector2<f64>,
     found: &PushPrediction,
@@ -59,11 +60,11 @@ pub fn rise(
         .filter(|f| f.abs() > 1e-9)
         .collect();
     let level = median(&inside)?;
-    let first = |share: f64| {
-        let above = |i: &usize| of(*i) - tare > share * level && time[*i] > touched.0 - 0.3;
-        (0..time.len()).find(above).map(|i| time[i])
-    };
-    Some([first(RISES[0])?, first(RISES[1])?])
+    let above = |i: &usize| of(*i) - tare > 0.5 * level && time[*i] > touched.0 - 0.3;
+    let onset = (0..time.len()).find(above).map(|i| time[i])?;
+    let stands_off = |i: usize| (of(i) - tare).abs() > (TOUCHES.0 * level.abs()).max(TOUCHES.1 * noise);
+    let begun = (0..time.len().saturating_sub(TOUCHES.2)).find(|i| (*i..i + TOUCHES.2).all(stands_off));
+    Some([begun.map_or(onset, |i| time[i].min(onset)), onset])
 }
 
 /// Readings of a track that are averaged, and how far from the plain model's way (m, root mean square) the track is followed.

@@ -143,7 +143,7 @@ impl Observed {
             motion.led_by(track, link, plane);
         }
         let touched = motion.touched_by(&found, scene.segmented.filter(|_| action.tool.hold != Hold::Push))?;
-        let [begun, onset] = rise(&time, &force, &flat, &along, &found, touched)?;
+        let [begun, onset] = rise(&time, (&force, noise?), &flat, &along, &found, touched)?;
         let last = history.of(&link.name);
         let wait = (onset - last.map_or(zero, |l| l.0)).max(0.0);
         let past = Past {

@@ -68,7 +68,7 @@ pub(super) fn closer_laws(pushes: &Pushes) -> Vec<Law> {
     creased
         .into_iter()
         .chain(ovals)
-        .chain([weakening, fastened(middle, sd)])
+        .chain([weakening, fastened(middle, sd), near()])
         .chain(settling())
         .collect()
 }
@@ -123,6 +123,30 @@ fn fastened(middle: Vector2<f64>, sd: f64) -> Law {
         grid: starts.collect(),
         parameters: tether.parameters.iter().cloned().chain(on_body).collect(),
         ..tether.clone()
+    }
+}
+
+/// A tether that is slack at first and whose far end is not far away: it pulls another way from place to place.
+fn near() -> Law {
+    let slack = |name, unit, sd| Parameter {
+        unit,
+        ..Parameter::place(name, 0.0, sd)
+    };
+    Law {
+        extends: &[form::TETHER_SLACK],
+        ..law(
+            "tether",
+            "support",
+            form::TETHER_NEAR,
+            vec![Parameter::positive("k", "N/m", 20.0)],
+            vec![
+                slack("direction", "rad", 2.0),
+                slack("slack", "m", 0.1),
+                Parameter::scale("L", "m", 0.2, 0.8),
+            ],
+            [0.08, 0.15, 0.4].map(|l: f64| vec![l.ln()]).to_vec(),
+            "beyond some way from one place something pulls the body back",
+        )
     }
 }
 

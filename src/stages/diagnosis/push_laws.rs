@@ -55,6 +55,7 @@ pub mod form {
     pub const TETHER_OF_BODY: usize = 47;
     pub const WEAR_SETTLING: usize = 48;
     pub const HEATING_SETTLING: usize = 49;
+    pub const TETHER_NEAR: usize = 50;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -254,6 +255,14 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
             // Rounded over a millimetre, so that a fit can find the place.
             let beyond = (way.dot(&s.at) - start) / TAUT;
             way * (v[0] * TAUT * if beyond > 30.0 { beyond } else { beyond.exp().ln_1p() })
+        }
+        // The far end of one is where a slack length beyond the line leads back to.
+        form::TETHER_NEAR => {
+            let (way, length) = (way_of(active), v[3].exp());
+            let away = s.at - way * (v[2] - length);
+            let far = away.norm().max(1e-9);
+            let beyond = (far - length) / TAUT;
+            away * (v[0] * TAUT * if beyond > 30.0 { beyond } else { beyond.exp().ln_1p() } / far)
         }
         form::TETHER => (s.at - Vector2::new(v[1], v[2])) * v[0],
         // Slack within a circle: taut from there on, or caught there with all that it was stretched.

@@ -258,25 +258,27 @@ fn left_by(path: &PoseStream, plane: &[Vector3<f64>; 2], along: &Vector2<f64>, e
     first.map_or(f64::INFINITY, |i| path.time[i])
 }
 
-/// How far what is pushed comes back of itself, m: something draws it, and it may rest against the tool again.
+/// How far what is pushed comes back of itself, m, and to a side: something draws it, and it may rest against the tool again.
 const BACK: f64 = 2e-3;
+const ASIDE: f64 = 4e-3;
 
-/// Whether what is tracked came back along `way` after a tool that pushed it until `end` (s).
+/// Whether what is tracked came back along `way`, or to a side of it, after a tool that pushed it until `end` (s): not what slides on.
 pub fn drawn_back(track: &PoseStream, way: &Vector3<f64>, end: f64) -> bool {
     let (before, after): (Vec<_>, Vec<_>) = track.time.iter().zip(&track.position).partition(|(t, _)| **t < end);
     let near = |rows: &[(&f64, &Point3<f64>)]| {
-        let places: Vec<f64> = rows
-            .iter()
-            .map(|(_, p)| p.coords.dot(way))
-            .filter(|x| x.is_finite())
-            .collect();
-        median(&places)
+        let axis = |k: usize| {
+            let places: Vec<f64> = rows.iter().map(|(_, p)| p[k]).filter(|x| x.is_finite()).collect();
+            median(&places)
+        };
+        Some(Vector3::new(axis(0)?, axis(1)?, axis(2)?))
     };
     let stopped = near(&before[before.len().saturating_sub(SMOOTH)..]);
     let rests = near(&after[after.len().saturating_sub(SMOOTH)..]);
-    stopped
-        .zip(rests)
-        .is_some_and(|(stopped, rests)| rests - stopped < -BACK)
+    stopped.zip(rests).is_some_and(|(stopped, rests)| {
+        let gone = rests - stopped;
+        let on = gone.dot(way);
+        on < -BACK || on < BACK && (gone - way * on).norm() > ASIDE
+    })
 }
 
 /// Seconds over which the speed of a tool is taken.

@@ -90,6 +90,9 @@ const OF_SPEED: [&str; 3] = ["velocity-weakening-friction", "viscous-friction", 
 /// Causes whose laws are bells about one place of the table: two of them take any form.
 const ON_THE_TABLE: [&str; 3] = ["magnet", "bump", "friction-patch"];
 
+/// Causes whose laws are forces of a place, which give back what they cost: two of them take any form.
+const PULLING: [&str; 3] = ["tether", "magnet", "bump"];
+
 /// Causes whose laws bend the curve of a spring: two of them take any form.
 const OF_DEPTH: [&str; 4] = [
     "hardening-stiffness",
@@ -100,7 +103,7 @@ const OF_DEPTH: [&str; 4] = [
 
 /// Two of these causes that together take any form, so that a third one of their kind would do as well.
 pub fn of_any_form<'a>(causes: &[&'a str]) -> Option<[&'a str; 2]> {
-    let classes: [&[&str]; 3] = [&ON_THE_TABLE, &OF_SPEED, &OF_DEPTH];
+    let classes: [&[&str]; 4] = [&ON_THE_TABLE, &PULLING, &OF_SPEED, &OF_DEPTH];
     classes.into_iter().find_map(|class| {
         let own: Vec<&str> = causes.iter().copied().filter(|c| class.contains(c)).collect();
         (own.len() > 1).then(|| [own[0], own[1]])

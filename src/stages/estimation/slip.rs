@@ -4,7 +4,7 @@
 //! one; where it sticks, it is at most that, and only a lower bound is learnt. Whether it slides shows in the difference
 //! of the velocities of finger and body at the point where they touch, of which no force and no forward model knows.
 
-use nalgebra::{Isometry2, Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry2, Isometry3, Rotation2, UnitQuaternion, Vector2, Vector3};
 
 use super::evidence::{MotionState, mean_wrench, motion_at, tare_of};
 use crate::base::{Estimate, Pose};
@@ -106,11 +106,13 @@ impl PlaneFrame {
         (self.turn * v).xy()
     }
 
-    /// How the body has moved in the plane since the start.
+    /// How the body has moved in the plane since the start. Noise of the angles at which it leans has no say, however high above the
+    /// origin of the room the plane lies.
     pub fn moved(&self, pose: &Isometry3<f64>) -> Isometry2<f64> {
-        let turn = Isometry3::from_parts(Translation3::identity(), self.turn);
-        let relative = turn * pose * self.start.0.inverse() * turn.inverse();
-        Isometry2::new(relative.translation.vector.xy(), relative.rotation.scaled_axis().z)
+        let relative = self.turn * pose.rotation * self.start.rotation.inverse() * self.turn.inverse();
+        let yaw = relative.scaled_axis().z;
+        let [before, now] = [&self.start.translation, &pose.translation].map(|t| self.flat(&t.vector));
+        Isometry2::new(now - Rotation2::new(yaw) * before, yaw)
     }
 }
 
@@ -184,4 +186,28 @@ pub(super) fn finger_friction(slips: &[Slip], prior: (f64, f64)) -> Option<Estim
         }
         .with_interval([steepest.least.min(value), MOST]),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point2;
+
+    use super::*;
+
+    /// A body on a table one metre up that is tracked with noise of its lean.
+    #[test]
+    fn lean_moves_nothing_in_the_plane() {
+        let pose = |x: f64, lean: f64, yaw: f64| {
+            let rotation = UnitQuaternion::from_euler_angles(lean, -lean, yaw);
+            Isometry3::from_parts(Vector3::new(x, 0.3, 1.0).into(), rotation)
+        };
+        let frame = PlaneFrame {
+            turn: UnitQuaternion::identity(),
+            start: Pose(pose(0.2, 0.004, 0.1)),
+        };
+        let moved = frame.moved(&pose(0.25, -0.004, 0.3));
+        let about = moved * Point2::new(0.2, 0.3);
+        assert!((about - Point2::new(0.25, 0.3)).norm() < 1e-12, "{about}");
+        assert!((moved.rotation.angle() - 0.2).abs() < 1e-4);
+    }
 }

@@ -61,6 +61,7 @@ pub(super) mod form {
     pub const DRIFT_SETTLING: usize = 46;
     pub const SOFT_CLOSE_ONE_WAY_EDGED: usize = 47;
     pub const SOFT_END_ONE_WAY_EDGED: usize = 48;
+    pub const DAMPING_THINNING: usize = 49;
 }
 
 /// Laws that the estimation of a joint knows.
@@ -148,6 +149,7 @@ pub fn effort(m: &Moved, active: &[Active]) -> f64 {
             form::DAMPING => x[0] * v,
             form::DAMPING_TURNING => x[0] * v.signum() * v.abs().powf(x[1]),
             form::DAMPING_SLIDING => x[0] * SLIDES * v.signum() * (v.abs() / SLIDES).powf(x[1]),
+            form::DAMPING_THINNING => x[0] * v * (1.0 + (v / x[1].exp()).powi(2)).powf(-0.5 * x[2]),
             form::QUADRATIC => x[0] * v * v.abs(),
             form::QUADRATIC_TURNING => x[0] * v.signum() * v.abs().powf(x[1]),
             form::QUADRATIC_SLIDING => x[0] * SLIDES.powi(2) * v.signum() * (v.abs() / SLIDES).powf(x[1]),

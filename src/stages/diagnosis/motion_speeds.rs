@@ -71,9 +71,32 @@ pub fn speed_laws(make: &Maker, s: &Scale) -> Vec<Law> {
             vec![vec![0.7]],
             "the joint resists the more the faster it moves",
         ),
+        thinning(make, s),
         about_square(quadratic.clone(), s.turns),
         quadratic,
     ]
+}
+
+/// Grease that shears thins: a damper at first, and beyond some speed a friction that hardly grows any more (Carreau 1972).
+fn thinning(make: &Maker, s: &Scale) -> Law {
+    let [_, per_speed, _, _] = units(s.turns);
+    let (v, unit) = (s.speed, if s.turns { "rad/s" } else { "m/s" });
+    let less = Parameter {
+        unit: "1",
+        low: 0.3,
+        high: 1.3,
+        ..Parameter::place("less", 0.8, 0.3)
+    };
+    make.law(
+        "joint-damping",
+        form::DAMPING_THINNING,
+        (
+            vec![Parameter::positive("b", per_speed, s.load / v)],
+            vec![Parameter::scale("vs", unit, 0.5 * v, 0.8), less],
+        ),
+        [0.15, 0.5, 1.2].map(|share| vec![(share * v).ln(), 0.8]).to_vec(),
+        "the joint resists the more the faster it moves, and hardly more beyond some speed",
+    )
 }
 
 /// The closer form of it with a larger power than the square: what flows or turns about does not quite keep to that. A smaller one is
@@ -102,6 +125,33 @@ mod tests {
     use super::super::family::Active;
     use super::super::motion_laws::{Moved, effort};
     use super::*;
+
+    #[test]
+    fn grease_that_thins_is_a_damper_at_first() {
+        let maker = Maker { joint: "door" };
+        let law = maker.plain(
+            "joint-damping",
+            form::DAMPING_THINNING,
+            Parameter::positive("b", "1", 1.0),
+            "",
+        );
+        let of = |speed: f64| {
+            let values = [2.0, 0.2f64.ln(), 1.0];
+            let m = Moved {
+                speed,
+                ..Moved::default()
+            };
+            effort(
+                &m,
+                &[Active {
+                    law: &law,
+                    values: &values,
+                }],
+            )
+        };
+        assert!((of(0.002) - 0.004).abs() < 1e-6 && (of(-0.002) + of(0.002)).abs() < 1e-12);
+        assert!((of(4.0) - 0.4).abs() < 1e-3);
+    }
 
     #[test]
     fn the_closer_form_of_a_quadratic_damper_is_one_at_its_power() {

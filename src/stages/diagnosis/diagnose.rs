@@ -15,6 +15,7 @@ use super::frames::{frame_finding, put_right};
 use super::hand_delay::{HandDelay, hand_delay};
 use super::inertia::{self, findings_of_inertia};
 use super::joint_lag::lag_of_joints;
+use super::knocked::knocked;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
 use super::missed::where_left;
@@ -146,6 +147,7 @@ pub fn diagnose(
     keep_what_stands(&mut findings, config);
     curves.left_beside(swerves(capture, &slid, &findings));
     curves.left_beside(bursts(&slid, &findings));
+    curves.left_beside(knocked(capture));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);

@@ -35,6 +35,7 @@ mod joint_starts;
 mod joint_told;
 mod joints;
 mod judges;
+mod knocked;
 mod laid;
 mod late_paths;
 mod leftover;

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 
 use super::told::{Told, gain};
 use crate::base::Estimate;
-use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
+use crate::capture::{Capture, Interaction, Kind, PhaseKind, Segmented};
 use crate::math::weighted_linear;
 use crate::twin::{Finding, Gain};
 
@@ -56,8 +56,11 @@ struct Reading {
 
 impl Reading {
     fn of(interaction: &Interaction, segmented: &[Segmented], zero: f64) -> Option<Self> {
-        interaction.tool.as_ref().filter(|t| !t.grip && !t.pin)?;
         let own = segmented.iter().find(|s| s.interaction == interaction.name)?;
+        let tool = interaction.tool.as_ref()?;
+        if (tool.grip || tool.pin) && !puts_down_as_it_was(interaction, own) {
+            return None;
+        }
         let (stream, noise) = (interaction.force.as_ref()?, own.force_noise?);
         let touch = [PhaseKind::Stick, PhaseKind::Slide]
             .into_iter()
@@ -86,6 +89,36 @@ impl Reading {
             rotation: rotation.copied().unwrap_or_default(),
         })
     }
+}
+
+/// Whether a hand reads the same before it lifts what it holds and after it has put that down. What a hand strains at is another load
+/// where it was set down again; what reads the same is the sensor's.
+fn puts_down_as_it_was(interaction: &Interaction, segmented: &Segmented) -> bool {
+    let moved: Vec<_> = segmented
+        .phases
+        .iter()
+        .filter(|p| matches!(p.kind, PhaseKind::Stick | PhaseKind::Slide))
+        .collect();
+    let (Some(first), Some(last), Some(stream)) = (moved.first(), moved.last(), interaction.force.as_ref()) else {
+        return false;
+    };
+    let mean = |within: &dyn Fn(f64) -> bool| {
+        let rows = stream.time.iter().zip(&stream.force);
+        let own: Vec<&Vector3<f64>> = rows
+            .filter(|(t, f)| within(**t) && f.iter().all(|x| x.is_finite()))
+            .map(|(_, f)| f)
+            .collect();
+        let n = own.len();
+        (n >= SAMPLES).then(|| (own.into_iter().sum::<Vector3<f64>>() / n as f64, 1.0 / n as f64))
+    };
+    let begin = stream.time.first().copied().unwrap_or(0.0);
+    let until = begin + BEFORE * (first.start - begin);
+    let end = stream.time.last().copied().unwrap_or(0.0);
+    let after = end - BEFORE * (end - last.end);
+    let both = mean(&|t| t <= until).zip(mean(&|t| t >= after));
+    let noise = segmented.force_noise.unwrap_or(0.0);
+    interaction.kind == Kind::Lift
+        && both.is_some_and(|((a, va), (b, vb))| (a - b).norm() < CLEAR * noise * (va + vb).sqrt())
 }
 
 /// A way in which readings may be off: a vector of one frame, or one that grows with time there.

@@ -1,7 +1,7 @@
 //! Whether what tracks was knocked, or the table with all on it: a thing that no touch ever moved is found elsewhere from one
 //! interaction on, and the others are where the same motion takes them.
 //!
-//! A hand that puts things back between touches moves each by a motion of its own.
+//! A hand that puts things back between touches moves each by a motion of its own, but lifts none off the table.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
@@ -14,6 +14,8 @@ const READINGS: usize = 12;
 /// Least jump, m, and standard deviations of a rest from which on it counts; those within which things have jumped as one.
 const JUMP: (f64, f64) = (1e-3, 8.0);
 const AS_ONE: f64 = 5.0;
+/// Least jump of the height of all, m.
+const RISES: f64 = 5e-4;
 /// Noise of an angle that is thought of where a track does not tell it, rad.
 const ANGLE: f64 = 2e-3;
 
@@ -59,14 +61,16 @@ impl Rest {
 /// That all that is tracked jumped as one between two interactions, though one of the things was never moved by a touch.
 pub(super) fn knocked(capture: &Capture) -> Option<Evidence> {
     let names: Vec<&str> = capture.bodies.iter().map(|b| b.name.as_str()).collect();
-    told(&names, &capture.interactions)
+    let up = capture.support.as_ref().map(|s| s.normal.into_inner());
+    let up = up.or_else(|| (-capture.gravity).try_normalize(1e-9))?;
+    told(&names, &up, &capture.interactions)
 }
 
-fn told(names: &[&str], interactions: &[Interaction]) -> Option<Evidence> {
+fn told(names: &[&str], up: &Vector3<f64>, interactions: &[Interaction]) -> Option<Evidence> {
     let untouched: Vec<&&str> = names.iter().filter(|name| stays(interactions, name)).collect();
     let pairs = interactions.windows(2);
     pairs
-        .filter_map(|pair| untouched.iter().find_map(|name| jumped(&pair[0], &pair[1], name)))
+        .filter_map(|pair| untouched.iter().find_map(|name| jumped([&pair[0], &pair[1]], name, up)))
         .max_by(|a, b| a.statistic.total_cmp(&b.statistic))
 }
 
@@ -84,7 +88,7 @@ fn stays(interactions: &[Interaction], name: &str) -> bool {
     !interactions.iter().any(targeted) && interactions.iter().all(rests)
 }
 
-fn jumped(before: &Interaction, after: &Interaction, name: &str) -> Option<Evidence> {
+fn jumped([before, after]: [&Interaction; 2], name: &str, up: &Vector3<f64>) -> Option<Evidence> {
     let ends = |name: &str| Rest::of(before.tracks.get(name)?, true).zip(Rest::of(after.tracks.get(name)?, false));
     let (a, b) = ends(name)?;
     let motion = b.pose * a.pose.inverse();
@@ -93,17 +97,21 @@ fn jumped(before: &Interaction, after: &Interaction, name: &str) -> Option<Evide
     if gone < JUMP.0.max(JUMP.1 * sd) {
         return None;
     }
+    let rose = (b.pose.translation.vector - a.pose.translation.vector).dot(up);
     let as_one = |other: &String| {
         let Some((c, d)) = ends(other) else { return None };
         let away = (c.pose.translation.vector - a.pose.translation.vector).norm();
         let lever = a.angle_sd.hypot(b.angle_sd) * away;
+        let rest = sd.hypot(c.place_sd).hypot(d.place_sd);
         let foretold = motion * c.pose;
         let off = (foretold.translation.vector - d.pose.translation.vector).norm();
         let turned = foretold.rotation.angle_to(&d.pose.rotation);
         let went = (d.pose.translation.vector - c.pose.translation.vector).norm();
-        let allowed = AS_ONE * sd.hypot(c.place_sd).hypot(d.place_sd).hypot(lever);
+        let allowed = AS_ONE * rest.hypot(lever);
         let angle = AS_ONE * a.angle_sd.hypot(b.angle_sd).hypot(c.angle_sd).hypot(d.angle_sd);
-        Some(off < allowed && turned < angle && went > 2.0 * off)
+        let other_rose = (d.pose.translation.vector - c.pose.translation.vector).dot(up);
+        let lifted = rose.abs() > RISES.max(JUMP.1 * sd) && (other_rose - rose).abs() < AS_ONE * rest.hypot(lever);
+        Some(lifted || off < allowed && turned < angle && went > 2.0 * off)
     };
     let others = before.tracks.keys().filter(|n| n.as_str() != name);
     let told: Vec<bool> = others.filter_map(as_one).collect();
@@ -128,10 +136,10 @@ mod tests {
 
     /// Two things, of which the box is pushed by 20 mm each time; from the third push on all is seen moved by `knock`, and before it
     /// the box is put back by `put` m.
-    fn pushes(knock: f64, put: f64) -> Vec<Interaction> {
-        let at = |x: f64, y: f64| {
+    fn pushes([knock, rise]: [f64; 2], put: f64) -> Vec<Interaction> {
+        let at = |x: f64, y: f64, z: f64| {
             let wobble = |i: usize| 1e-4 * (((i * 37) % 7) as f64 / 3.0 - 1.0);
-            let place = |i: usize| Point3::new(x + wobble(i), y - wobble(i + 3), 0.02);
+            let place = |i: usize| Point3::new(x + wobble(i), y - wobble(i + 3), 0.02 + z + wobble(i + 5));
             (0..30).map(place).collect::<Vec<_>>()
         };
         let track = |from: Vec<Point3<f64>>, to: Vec<Point3<f64>>| PoseStream {
@@ -140,13 +148,22 @@ mod tests {
             rotation: vec![Some(UnitQuaternion::identity()); 60],
         };
         let one = |k: u32| {
-            let seen = if k >= 2 { [knock, 0.5 * knock] } else { [0.0; 2] };
+            let seen = if k >= 2 { [knock, 0.5 * knock, rise] } else { [0.0; 3] };
             let x = 0.02 * f64::from(k) - if k >= 2 { put } else { 0.0 };
             let tracks = [
-                ("box", track(at(x + seen[0], seen[1]), at(x + 0.02 + seen[0], seen[1]))),
+                (
+                    "box",
+                    track(
+                        at(x + seen[0], seen[1], seen[2]),
+                        at(x + 0.02 + seen[0], seen[1], seen[2]),
+                    ),
+                ),
                 (
                     "post",
-                    track(at(0.2 + seen[0], 0.1 + seen[1]), at(0.2 + seen[0], 0.1 + seen[1])),
+                    track(
+                        at(0.2 + seen[0], 0.1 + seen[1], seen[2]),
+                        at(0.2 + seen[0], 0.1 + seen[1], seen[2]),
+                    ),
                 ),
             ];
             Interaction {
@@ -161,12 +178,13 @@ mod tests {
 
     #[test]
     fn a_knock_moves_all_as_one_and_a_hand_does_not() {
-        let found = told(&["box", "post"], &pushes(4e-3, 0.0)).expect("a knock");
+        let told = |knock: [f64; 2], put: f64| told(&["box", "post"], &Vector3::z(), &pushes(knock, put));
+        let found = told([4e-3, 0.0], 0.0).expect("a knock");
         assert!(found.words.contains("between push-1 and push-2"), "{}", found.words);
-        assert!(told(&["box", "post"], &pushes(0.0, 0.0)).is_none());
+        assert!(told([0.0; 2], 0.0).is_none());
         // Nothing but the box is put back.
-        assert!(told(&["box", "post"], &pushes(0.0, 0.03)).is_none());
-        // All is seen elsewhere, but the box was put back as well: who moved what is open.
-        assert!(told(&["box", "post"], &pushes(4e-3, 0.03)).is_none());
+        assert!(told([0.0; 2], 0.03).is_none());
+        // All is seen elsewhere, but the box was put back as well: who moved what is open, unless both are seen off the table.
+        assert!(told([4e-3, 0.0], 0.03).is_none() && told([4e-3, 1.2e-3], 0.03).is_some());
     }
 }

@@ -119,6 +119,7 @@ fn curve_laws(deepest: f64) -> Vec<Law> {
     vec![
         bent(form::CURVED),
         bent(form::CUBIC),
+        bent(form::EXPONENTIAL),
         law(
             "second-stage",
             form::STAGE,

@@ -11,6 +11,12 @@ pub fn closer_laws(deepest: f64) -> Vec<Law> {
     laws
 }
 
+/// (exp(x) − 1)/x − 1: what an exponential spring (Fung 1967) of stiffness 1 at first has more than a straight one, at a depth of `x` of
+/// its scales.
+pub(super) fn grown(x: f64) -> f64 {
+    if x.abs() < 1e-6 { 0.5 * x } else { x.exp_m1() / x - 1.0 }
+}
+
 /// Of what remembers how it was pressed.
 fn of_history() -> Vec<Law> {
     vec![

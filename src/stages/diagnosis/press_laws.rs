@@ -40,6 +40,7 @@ pub(super) mod form {
     pub const ADHESION_STRUNG: usize = 31;
     pub const STAGE_ROUND: usize = 32;
     pub const SNAP_SHAPED: usize = 33;
+    pub const EXPONENTIAL: usize = 34;
 }
 
 /// Rate at which a power of it is told as a linear damper, m/s.
@@ -233,6 +234,7 @@ impl Memory {
         let used = |deepest: f64| -k * inside * v[0] * ((deepest - inside) / v[1].exp()).clamp(0.0, 1.0);
         match a.law.form {
             form::CURVED => k * inside * v[0] * inside / s,
+            form::EXPONENTIAL => k * inside * super::press_closer::grown(v[0] * inside / s),
             form::CUBIC => k * inside * v[0] * (inside / s).powi(2),
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
             // It begins to bear by and by.
@@ -367,11 +369,10 @@ mod tests {
         let mut memory = Memory::new(1e3, 2e-3, [0.0; 2]);
         let mut at = |depth: f64, rate: f64| {
             let moment = Moment {
-                time: 0.0,
                 step: 0.04,
                 depth,
                 rate,
-                parts: None,
+                ..Moment::default()
             };
             memory.force(&moment, 0.0, &active)
         };

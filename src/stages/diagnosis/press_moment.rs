@@ -3,7 +3,7 @@
 use super::presses::{BIN, PARTS};
 
 /// One moment of a press.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Moment {
     /// Seconds since the capture began.
     pub time: f64,

@@ -16,6 +16,7 @@ use crate::twin::{Joint, JointKind, Model};
 mod form {
     pub const EVEN: usize = 0;
     pub const CURVED: usize = 1;
+    pub const BENT: usize = 2;
 }
 
 /// Angle of one sample, rad, and the most of them in an interaction.
@@ -169,7 +170,17 @@ fn laws(joint: &str) -> Vec<Law> {
         extends: &[],
         words: "the centre about which the joint turns moves as it turns",
     };
-    vec![of(form::EVEN, "m/rad", 5e-3), of(form::CURVED, "m/rad²", 5e-3)]
+    // Where it rolls on a cam, or hangs on a linkage, it goes along a curve.
+    let bends = ["bx", "by"].map(|name| Parameter::amplitude(name, "m/rad²", 5e-3));
+    let even = of(form::EVEN, "m/rad", 5e-3);
+    let bent = Law {
+        form: form::BENT,
+        parameters: even.parameters.iter().cloned().chain(bends).collect(),
+        amplitudes: 4,
+        extends: &[form::EVEN, form::CURVED],
+        ..even.clone()
+    };
+    vec![even, of(form::CURVED, "m/rad²", 5e-3), bent]
 }
 
 impl Family for Axes {
@@ -186,6 +197,7 @@ impl Family for Axes {
                 let drift = Vector2::new(a.values[0], a.values[1]);
                 at += match a.law.form {
                     form::CURVED => drift * (q * q),
+                    form::BENT => drift * q + Vector2::new(a.values[2], a.values[3]) * (q * q),
                     _ => drift * q,
                 };
             }

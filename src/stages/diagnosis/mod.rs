@@ -113,6 +113,7 @@ mod swerves;
 mod tares;
 #[cfg(test)]
 mod tests_of_forms;
+mod tilts;
 mod together;
 mod told;
 mod toss_curves;

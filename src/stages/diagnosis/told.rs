@@ -7,6 +7,7 @@ use super::coupling::coupling_findings;
 use super::given::{finger_findings, scale_finding};
 use super::joints::joint_findings;
 use super::sinking::sinking_findings;
+use super::tilts::tilt_findings;
 use crate::base::Estimate;
 use crate::capture::{Capture, Segmented};
 use crate::twin::{CauseOdds, Evidence, Finding, Gain, Model};
@@ -101,5 +102,6 @@ pub fn told_by_one_number(
     findings.extend(sinking_findings(capture, segmented, model));
     findings.extend(scale_finding(capture, segmented));
     findings.extend(finger_findings(capture, segmented, model));
+    findings.extend(tilt_findings(capture, segmented, model, named));
     findings
 }

@@ -81,6 +81,7 @@ pub use replay::{replay_push, travel_direction, travel_of_track};
 pub use rolling::{Rolled, rolled, tumbles};
 pub use shake::{Shaken, shaken};
 pub use slosh::{Sloshing, sloshing};
+pub use tilt::{SlidDown, slid_down};
 pub use toss::{
     Conditions, METHOD as TOSS_METHOD, Row as TossRow, Scene as TossScene, Simulated, Sought, Study, Subject, Toss,
     conditions_of, flight_of, flying as sought_of_flights, rigid as sought_of_tosses, subjects as tossed_subjects,

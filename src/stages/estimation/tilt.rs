@@ -3,9 +3,11 @@
 use nalgebra::{DVector, Point3, Vector3};
 
 use super::Config;
-use crate::capture::{Interaction, Segmented};
+use super::facts::{ground_of, subject};
+use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::math::{Fit, Loss, Settings, effective_samples, levenberg_marquardt, turned_displacement};
 use crate::physics::{Slope, Tilted};
+use crate::twin::Model;
 
 /// Friction coefficients from one tilt.
 #[derive(Clone, Debug)]
@@ -15,8 +17,51 @@ pub(super) struct Slide {
     pub kinetic: (f64, f64),
 }
 
+/// One tilt in which a body slid: friction coefficients with their standard deviations, and which way it went.
+#[derive(Clone, Debug)]
+pub struct SlidDown {
+    /// Of the interaction.
+    pub name: String,
+    /// The interaction was kept back to judge with.
+    pub held_out: bool,
+    /// Static friction.
+    pub static_: (f64, f64),
+    /// Kinetic friction.
+    pub kinetic: (f64, f64),
+    /// Heading of the steepest descent in the support's plane as it was at first, rad.
+    pub heading: f64,
+    /// How far the body was turned about the support's normal, rad.
+    pub turn: f64,
+}
+
+/// All tilts in which this body slid.
+pub fn slid_down(capture: &Capture, segmented: &[Segmented], model: &Model, target: &str) -> Vec<SlidDown> {
+    let (ground, config) = (ground_of(capture, &model.twin), Config::default());
+    let tilts = capture.interactions.iter().filter(|i| i.kind == Kind::Tilt);
+    let one = |interaction: &Interaction| {
+        let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
+        if subject(interaction, cut) != Some(target) {
+            return None;
+        }
+        let run = run_of(interaction, cut, target, &ground.gravity, &ground.point, &config)?;
+        let slide = slide_of(interaction, cut, target, &ground.gravity, &ground.point, &config)?;
+        let plane = &ground.plane;
+        let ahead = interaction.tracks.get(target)?.rotation.iter().flatten().next()? * Vector3::x();
+        Some(SlidDown {
+            name: slide.interaction,
+            held_out: interaction.held_out,
+            static_: slide.static_,
+            kinetic: slide.kinetic,
+            heading: run.downhill.dot(&plane.y).atan2(run.downhill.dot(&plane.x)),
+            turn: ahead.dot(&plane.y).atan2(ahead.dot(&plane.x)),
+        })
+    };
+    tilts.filter_map(one).collect()
+}
+
 /// Displacement down the slope against time, with the slope that drives it.
 struct Run {
+    downhill: Vector3<f64>,
     time: Vec<f64>,
     distance: Vec<f64>,
     noise: f64,
@@ -45,6 +90,7 @@ fn run_of(
     };
     let home = track.rotation.iter().flatten().next().copied();
     let mut run = Run {
+        downhill,
         time: Vec::new(),
         distance: Vec::new(),
         noise,

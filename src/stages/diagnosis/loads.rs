@@ -136,6 +136,12 @@ impl Loads {
         self.left_against.extend(told);
     }
 
+    /// Whether most of what this family is about rolled.
+    fn have_rolled(&self, family: &dyn Family) -> bool {
+        let rolled = family.groups().iter().filter(|g| self.rolled.contains(&g.name)).count();
+        2 * rolled > family.groups().len()
+    }
+
     /// The curves of a joint that was moved, as the plain model and the whole of a ladder have them.
     pub fn of_joint(&mut self, joint: &Motions, ladder: &Ladder) {
         let curves = |fit: &Fit| {
@@ -151,6 +157,10 @@ impl Loads {
 
     /// What happens to a body that is thrown.
     pub fn of_tosses(&mut self, tosses: &Tosses, ladder: &Ladder) -> Vec<Finding> {
+        // What mostly rolls is judged as that.
+        if self.have_rolled(tosses) {
+            return Vec::new();
+        }
         let findings = self.named(tosses, ladder);
         self.plain_tosses.extend(tosses.traces(&ladder.plain));
         self.tests.extend(tosses.hinge());

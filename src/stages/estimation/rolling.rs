@@ -22,6 +22,8 @@ const STOPS: f64 = 0.25;
 const ROLLS: f64 = 0.015;
 /// How far the turn may be from that of rolling, as a share.
 const SLIPS: f64 = 0.12;
+/// How far from its last height a body is that still bounces, m, and standard deviations of its place.
+const LEVEL: (f64, f64) = (5e-4, 5.0);
 /// Fewest poses of a way.
 const FEWEST: usize = 15;
 /// Poses that lean before it counts.
@@ -98,14 +100,16 @@ impl Rolled {
     }
 }
 
-/// Every push after which a body rolled on alone.
+/// Every push after which a body rolled on alone, and every toss of one that came to roll.
 pub fn rolled(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<Rolled> {
     let ground = ground_of(capture, &model.twin);
-    let pushes = capture.interactions.iter().filter(|i| i.kind == Kind::Push);
+    let moved = |i: &&Interaction| matches!(i.kind, Kind::Push | Kind::Toss);
+    let pushes = capture.interactions.iter().filter(moved);
     let one = |interaction: &Interaction| {
         let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
         let link = subject(interaction, cut)?;
-        alone(interaction, cut, link, &model.twin).then_some(())?;
+        let thrown = interaction.kind == Kind::Toss;
+        (thrown || alone(interaction, cut, link, &model.twin)).then_some(())?;
         rolled_on(interaction, cut, link, &ground, model)
     };
     pushes.filter_map(one).collect()
@@ -115,15 +119,18 @@ fn rolled_on(interaction: &Interaction, cut: &Segmented, name: &str, ground: &Gr
     let link = model.twin.link(name)?;
     let solid = solid_of(model.meshes.get(link.mesh.as_ref()?)?)?;
     let track = interaction.tracks.get(name).filter(|t| !t.is_snapshot_pair())?;
-    let free = cut.of(PhaseKind::Release).map(|p| p.start).reduce(f64::max)? + SETTLED;
     let place = |i: usize| Some((track.pose(i)?.0 * solid.centroid, track.rotation[i]?));
-    let rows: Vec<(f64, Point3<f64>, UnitQuaternion<f64>)> = (0..track.len())
-        .filter(|i| track.time[*i] >= free)
+    let rows: Vec<Row> = (0..track.len())
         .filter_map(|i| place(i).map(|(p, q)| (track.time[i], p, q)))
         .collect();
-    let rows = while_it_moves(&rows)?;
-    let (first, last) = (rows.first()?, rows.last()?);
     let normal = ground.plane.normal;
+    let noise = cut.position_noise.unwrap_or(3e-4).max(2e-5);
+    let free = match interaction.kind {
+        Kind::Toss => comes_to_roll(&rows, ground, noise)?,
+        _ => cut.of(PhaseKind::Release).map(|p| p.start).reduce(f64::max)? + SETTLED,
+    };
+    let rows = while_it_moves(&rows[rows.partition_point(|r| r.0 < free)..])?;
+    let (first, last) = (rows.first()?, rows.last()?);
     let along = last.1 - first.1;
     let heading = (along - normal * along.dot(&normal)).try_normalize(1e-3)?;
     let radius = median(
@@ -133,17 +140,13 @@ fn rolled_on(interaction: &Interaction, cut: &Segmented, name: &str, ground: &Gr
             .collect::<Vec<_>>(),
     )?;
     let axis = normal.cross(&heading);
-    let turned: f64 = rows
-        .windows(2)
-        .map(|w| (w[1].2 * w[0].2.inverse()).scaled_axis().dot(&axis))
-        .sum();
+    let turned = turned_about(rows, &axis);
     if radius <= 0.0 || (turned * radius / along.dot(&heading) - 1.0).abs() > SLIPS {
         return None;
     }
     let own = first.2.inverse() * axis;
     let gyration = own.dot(&(solid.inertia * own)) / solid.volume;
     let inert = 1.0 + gyration / (radius * radius);
-    let noise = cut.position_noise.unwrap_or(3e-4).max(2e-5);
     let time: Vec<f64> = rows.iter().map(|r| r.0).collect();
     let way: Vec<f64> = rows.iter().map(|r| (r.1 - first.1).dot(&heading)).collect();
     let matrix = DMatrix::from_fn(rows.len(), 3, |i, j| {
@@ -172,6 +175,35 @@ fn rolled_on(interaction: &Interaction, cut: &Segmented, name: &str, ground: &Gr
 
 /// One pose: time, centroid, turn.
 type Row = (f64, Point3<f64>, UnitQuaternion<f64>);
+
+/// How far a body turned about an axis from the first of these rows to the last, rad.
+fn turned_about(rows: &[Row], axis: &Vector3<f64>) -> f64 {
+    let steps = rows.windows(2);
+    steps.map(|w| (w[1].2 * w[0].2.inverse()).scaled_axis().dot(axis)).sum()
+}
+
+/// When what was thrown has bounced and slid enough, s: from then on it keeps the height at which it ends, and turns as it goes.
+fn comes_to_roll(rows: &[Row], ground: &Ground, noise: f64) -> Option<f64> {
+    let normal = &ground.plane.normal;
+    let heights: Vec<f64> = rows.iter().map(|r| (r.1 - ground.point).dot(normal)).collect();
+    let rest = median(&heights[2 * heights.len() / 3..])?;
+    let near = LEVEL.0.max(LEVEL.1 * noise);
+    let from = heights
+        .iter()
+        .rposition(|h| (h - rest).abs() > near)
+        .map_or(0, |i| i + 1);
+    let rolls = |i: &usize| {
+        let until = rows.partition_point(|r| r.0 <= rows[*i].0 + PACE).min(rows.len());
+        let part = &rows[*i..until];
+        let gone = part.last().map_or_else(Vector3::zeros, |r| r.1 - part[0].1);
+        let Some(heading) = gone.try_normalize(1e-4) else {
+            return false;
+        };
+        let turned = turned_about(part, &normal.cross(&heading)) * rest;
+        part.len() > FEW && (turned / gone.norm() - 1.0).abs() < SLIPS
+    };
+    (from..rows.len()).find(rolls).map(|i| rows[i].0 + SETTLED)
+}
 
 /// The rows until it has all but stopped, or the recording ends; `None` where it never rolled on.
 fn while_it_moves(rows: &[Row]) -> Option<&[Row]> {

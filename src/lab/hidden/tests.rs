@@ -70,7 +70,9 @@ fn every_law_shows_at_twice_its_plain_strength() {
         let scene = short(name, &[action]);
         let clean = made(&scene, &[]);
         // A first press is not softened by others, and nothing drifts yet.
-        let quiet = ["softening-by-use", "stiffness-drift"];
+        let mut quiet = vec!["softening-by-use", "stiffness-drift"];
+        // A ball is struck, and no arm has its reflex while it is touched.
+        quiet.extend((name == "probe-rolls").then_some("outside-reflex"));
         for cause in hidden_causes(&scene).into_iter().filter(|c| !quiet.contains(c)) {
             let hidden = made(&scene, &[(cause, 2.0)]);
             assert!(hidden.truth.causes.iter().any(|c| c == cause), "{cause} is not told");
@@ -143,5 +145,29 @@ fn a_quarter_of_random_draws_is_clean_and_all_causes_come_up() {
         let seen: BTreeSet<&str> = draws.iter().flatten().map(|d| d.cause.as_str()).collect();
         assert_eq!(seen.len(), hidden_causes(&scene).len());
         assert!(draws.iter().flatten().all(|d| (0.25..=4.0).contains(&d.strength)));
+    }
+}
+
+/// Both are of the arm and its cable: what is pushed goes as it went.
+#[test]
+fn reflexes_and_snags_are_in_the_force_alone_and_only_for_a_while() {
+    let scene = short("probe-pushes", &[3]);
+    let clean = made(&scene, &[]);
+    for (cause, while_touched) in [("outside-reflex", true), ("outside-snagging-cable", false)] {
+        let hidden = made(&scene, &[(cause, 2.0)]);
+        let [a, b] = [&clean, &hidden].map(|m| &m.capture.interactions[0]);
+        assert_eq!(format!("{:?}", a.tracks), format!("{:?}", b.tracks), "{cause}");
+        let [a, b] = [a, b].map(|i| i.force.as_ref().expect("a force"));
+        let off: Vec<bool> = a
+            .force
+            .iter()
+            .zip(&b.force)
+            .map(|(x, y)| (x - y).norm() > 0.1)
+            .collect();
+        let share = off.iter().filter(|o| **o).count() as f64 / off.len() as f64;
+        assert!((0.01..0.7).contains(&share), "{cause}: {share}");
+        let touched = a.force.iter().position(|f| f.norm() > 0.3);
+        let free = off.iter().position(|o| *o) < touched;
+        assert!(!(while_touched && free), "{cause}");
     }
 }

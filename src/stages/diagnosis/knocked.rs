@@ -99,7 +99,7 @@ fn jumped([before, after]: [&Interaction; 2], name: &str, up: &Vector3<f64>) -> 
     }
     let rose = (b.pose.translation.vector - a.pose.translation.vector).dot(up);
     let as_one = |other: &String| {
-        let Some((c, d)) = ends(other) else { return None };
+        let (c, d) = ends(other)?;
         let away = (c.pose.translation.vector - a.pose.translation.vector).norm();
         let lever = a.angle_sd.hypot(b.angle_sd) * away;
         let rest = sd.hypot(c.place_sd).hypot(d.place_sd);
@@ -170,7 +170,15 @@ mod tests {
                 name: format!("push-{k}"),
                 target: Some("box".into()),
                 tracks: tracks.into_iter().map(|(n, t)| (n.to_owned(), t)).collect(),
-                ..Interaction::default()
+                kind: crate::capture::Kind::Push,
+                held_out: false,
+                tool: None,
+                force: None,
+                tool_path: None,
+                support_path: None,
+                action: None,
+                tool_name: None,
+                frames: None,
             }
         };
         (0..4).map(one).collect()

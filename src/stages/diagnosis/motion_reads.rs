@@ -304,18 +304,35 @@ impl Motions {
 
 /// The largest component of the force along the freedom of any motion that is faster than `slow`, but for its noise, N: slow motions have
 /// most of the readings, fast ones the largest.
-pub(super) fn largest_component(reads: &[Read], slow: f64) -> f64 {
-    let of = |r: &Read| {
-        let moving = r.loads.iter().filter(|l| l.speed.abs() > slow);
+pub(super) fn largest_component<'a>(all: impl Iterator<Item = &'a [JointLoad]>, slow: f64) -> f64 {
+    let of = |loads: &[JointLoad]| {
+        let moving = loads.iter().filter(|l| l.speed.abs() > slow);
         let each: Vec<f64> = moving.map(|l| (l.way * (l.load / l.lever)).amax()).collect();
         quantile(&each, 0.95)
     };
-    reads.iter().filter_map(of).fold(0.0, f64::max)
+    all.filter_map(of).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_largest_force_is_that_of_the_fastest_motion_however_long_the_slow_ones_last() {
+        let read = |force: f64, speed: f64, count: usize| {
+            let load = JointLoad {
+                load: force,
+                lever: 1.0,
+                speed,
+                way: nalgebra::Vector3::x(),
+                ..smoothed(0.0)[0]
+            };
+            vec![load; count]
+        };
+        let all = [read(1.0, 0.02, 900), read(5.0, 0.3, 40), read(9.0, 0.0, 40)];
+        let all = all.iter().map(Vec::as_slice);
+        assert!((largest_component(all, 0.01) - 5.0).abs() < 1e-12);
+    }
 
     /// A joint that goes at once from rest to 30 mm/s at 0.4 s and stops as suddenly at 3.6 s, its speeds smoothed over so many
     /// seconds to either side.

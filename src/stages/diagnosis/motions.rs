@@ -137,7 +137,7 @@ impl Motions {
             load: largest,
             // A single reading may stray.
             force: quantile(&loads().map(|l| felt(l).abs()).collect::<Vec<_>>(), 0.998)?,
-            component: largest_component(reads, slow),
+            component: largest_component(reads.iter().map(|r| r.loads.as_slice()), slow),
             speed: fast,
             range: [quantile(&places, 0.0)?, quantile(&places, 1.0)?],
             turns,

@@ -325,6 +325,21 @@ mod tests {
         }
     }
 
+    /// Pushed on until 1 s, and from 1.2 s on by these speeds along and across its way for 0.3 s, m/s.
+    #[test]
+    fn what_comes_back_is_drawn_and_what_slides_on_is_not() {
+        let drawn = |[on, aside]: [f64; 2]| {
+            let after = |t: f64| (t - 1.2).clamp(0.0, 0.3);
+            let mut track = path(|t| 0.05 * t.min(1.0) + on * after(t));
+            for i in 0..track.len() {
+                track.position[i].y = aside * after(track.time[i]);
+            }
+            drawn_back(&track, &Vector3::x(), 1.0)
+        };
+        assert!(drawn([-0.02, 0.0]) && drawn([0.0, 0.03]));
+        assert!(!drawn([0.05, 0.02]) && !drawn([0.0, 0.0]));
+    }
+
     #[test]
     fn a_finger_leaves_when_it_goes_back_and_not_while_it_stands() {
         let plane = [Vector3::x(), Vector3::y()];

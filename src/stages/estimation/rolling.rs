@@ -237,3 +237,35 @@ pub(super) fn write_rolling(capture: &Capture, segmented: &[Segmented], model: &
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::estimation::push::Plane;
+
+    /// A ball of 20 mm that falls 20 mm, hops once, slides without turning until 0.5 s and rolls from then on.
+    #[test]
+    fn a_ball_rolls_once_it_has_hopped_and_slid() {
+        let height = |t: f64| match t {
+            t if t < 0.06 => 0.04 - 4.9 * t * t,
+            t if t < 0.2 => 0.02 + 4.9 * (t - 0.06) * (0.2 - t),
+            _ => 0.02,
+        };
+        let rows: Vec<Row> = (0..100)
+            .map(|i| {
+                let t = 0.01 * f64::from(i);
+                let turned = 0.3 * (t - 0.5).max(0.0) / 0.02;
+                let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * turned);
+                (t, Point3::new(0.3 * t, 0.0, 0.75 + height(t)), turn)
+            })
+            .collect();
+        let ground = Ground {
+            gravity: -9.81 * Vector3::z(),
+            plane: Plane::of(Vector3::z()),
+            point: Point3::new(0.0, 0.0, 0.75),
+        };
+        let from = comes_to_roll(&rows, &ground, 1e-4).expect("it rolls");
+        assert!((0.45..0.65).contains(&from), "{from}");
+        assert!(comes_to_roll(&rows[..50], &ground, 1e-4).is_none());
+    }
+}

@@ -101,12 +101,21 @@ const OF_DEPTH: [&str; 4] = [
     "snap-through",
 ];
 
-/// Two of these causes that together take any form, so that a third one of their kind would do as well.
+/// Causes whose laws are loads of a place of a joint, which give back what they cost: three of them take any form.
+const OF_POSITION: [&str; 5] = ["joint-spring", "joint-gravity", "detent", "latch", "limit-compliance"];
+
+/// Two of these causes that together, or with a third of them, take any form, so that another one of their kind would do as well.
 pub fn of_any_form<'a>(causes: &[&'a str]) -> Option<[&'a str; 2]> {
-    let classes: [&[&str]; 4] = [&ON_THE_TABLE, &PULLING, &OF_SPEED, &OF_DEPTH];
-    classes.into_iter().find_map(|class| {
+    let classes: [(&[&str], usize); 5] = [
+        (&ON_THE_TABLE, 2),
+        (&PULLING, 2),
+        (&OF_SPEED, 2),
+        (&OF_DEPTH, 2),
+        (&OF_POSITION, 3),
+    ];
+    classes.into_iter().find_map(|(class, least)| {
         let own: Vec<&str> = causes.iter().copied().filter(|c| class.contains(c)).collect();
-        (own.len() > 1).then(|| [own[0], own[1]])
+        (own.len() >= least).then(|| [own[0], own[1]])
     })
 }
 
@@ -156,6 +165,9 @@ mod tests {
         let told = of_any_form(&["preload", "hardening-stiffness", "second-stage"]);
         assert_eq!(told, Some(["hardening-stiffness", "second-stage"]));
         assert!(of_any_form(&["hardening-stiffness", "elastic-damping", "bump"]).is_none());
+        assert!(of_any_form(&["tether", "bump"]).is_some() && of_any_form(&["tether", "friction-patch"]).is_none());
+        assert!(of_any_form(&["detent", "joint-spring"]).is_none());
+        assert!(of_any_form(&["detent", "joint-spring", "latch"]).is_some());
     }
 
     #[test]

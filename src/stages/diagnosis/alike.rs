@@ -104,8 +104,8 @@ const OF_DEPTH: [&str; 4] = [
 /// Causes whose laws are loads of a place of a joint, which give back what they cost: three of them take any form.
 const OF_POSITION: [&str; 5] = ["joint-spring", "joint-gravity", "detent", "latch", "limit-compliance"];
 
-/// Two of these causes that together, or with a third of them, take any form, so that another one of their kind would do as well.
-pub fn of_any_form<'a>(causes: &[&'a str]) -> Option<[&'a str; 2]> {
+/// Those of these causes that together take any form, so that another one of their kind would do as well.
+pub fn of_any_form<'a>(causes: &[&'a str]) -> Option<Vec<&'a str>> {
     let classes: [(&[&str], usize); 5] = [
         (&ON_THE_TABLE, 2),
         (&PULLING, 2),
@@ -115,7 +115,7 @@ pub fn of_any_form<'a>(causes: &[&'a str]) -> Option<[&'a str; 2]> {
     ];
     classes.into_iter().find_map(|(class, least)| {
         let own: Vec<&str> = causes.iter().copied().filter(|c| class.contains(c)).collect();
-        (own.len() >= least).then(|| [own[0], own[1]])
+        (own.len() >= least).then_some(own)
     })
 }
 
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn two_laws_of_one_curve_take_any_form() {
         let told = of_any_form(&["preload", "hardening-stiffness", "second-stage"]);
-        assert_eq!(told, Some(["hardening-stiffness", "second-stage"]));
+        assert_eq!(told, Some(vec!["hardening-stiffness", "second-stage"]));
         assert!(of_any_form(&["hardening-stiffness", "elastic-damping", "bump"]).is_none());
         assert!(of_any_form(&["tether", "bump"]).is_some() && of_any_form(&["tether", "friction-patch"]).is_none());
         assert!(of_any_form(&["detent", "joint-spring"]).is_none());

@@ -208,7 +208,11 @@ impl Family for Axes {
     }
 
     fn negligible(&self, _law: usize, values: &[f64]) -> bool {
-        values[0].hypot(values[1]) < NEGLIGIBLE
+        let even = values[0].hypot(values[1]);
+        let bent = values
+            .get(2..4)
+            .map_or(0.0, |b| (values[0] + b[0]).hypot(values[1] + b[1]));
+        even.max(bent) < NEGLIGIBLE
     }
 
     fn covariates(&self, group: usize) -> Vec<(&'static str, &'static str, Vec<f64>)> {

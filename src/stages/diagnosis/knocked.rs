@@ -14,6 +14,8 @@ const READINGS: usize = 12;
 /// Least jump, m, and standard deviations of a rest from which on it counts; those within which things have jumped as one.
 const JUMP: (f64, f64) = (1e-3, 8.0);
 const AS_ONE: f64 = 5.0;
+/// How far a touch moves what it moves, m.
+const MOVED: f64 = 5e-3;
 /// Least jump of the height of all, m.
 const RISES: f64 = 5e-4;
 /// Noise of an angle that is thought of where a track does not tell it, rad.
@@ -68,7 +70,9 @@ pub(super) fn knocked(capture: &Capture) -> Option<Evidence> {
 
 fn told(names: &[&str], up: &Vector3<f64>, interactions: &[Interaction]) -> Option<Evidence> {
     let untouched: Vec<&&str> = names.iter().filter(|name| stays(interactions, name)).collect();
-    let pairs = interactions.windows(2);
+    // What stands on a support that is tilted goes with it.
+    let level = |pair: &&[Interaction]| pair.iter().all(|i| i.support_path.is_none());
+    let pairs = interactions.windows(2).filter(level);
     pairs
         .filter_map(|pair| untouched.iter().find_map(|name| jumped([&pair[0], &pair[1]], name, up)))
         .max_by(|a, b| a.statistic.total_cmp(&b.statistic))
@@ -85,7 +89,16 @@ fn stays(interactions: &[Interaction], name: &str) -> bool {
             gone < JUMP.0.max(JUMP.1 * a.place_sd.hypot(b.place_sd))
         })
     };
-    !interactions.iter().any(targeted) && interactions.iter().all(rests)
+    // What rides on a thing that is touched stands as long as that does.
+    let stood_by = |i: &Interaction| {
+        let moved = |track: &PoseStream| {
+            Rest::of(track, false)
+                .zip(Rest::of(track, true))
+                .is_some_and(|(a, b)| (b.pose.translation.vector - a.pose.translation.vector).norm() > MOVED)
+        };
+        i.tracks.contains_key(name) && i.tracks.iter().any(|(other, track)| other != name && moved(track))
+    };
+    !interactions.iter().any(targeted) && interactions.iter().all(rests) && interactions.iter().any(stood_by)
 }
 
 fn jumped([before, after]: [&Interaction; 2], name: &str, up: &Vector3<f64>) -> Option<Evidence> {
@@ -114,7 +127,7 @@ fn jumped([before, after]: [&Interaction; 2], name: &str, up: &Vector3<f64>) -> 
         Some(lifted || off < allowed && turned < angle && went > 2.0 * off)
     };
     let others = before.tracks.keys().filter(|n| n.as_str() != name);
-    let told: Vec<bool> = others.filter_map(as_one).collect();
+    let told: Vec<bool> = others.map(|other| as_one(other).unwrap_or(false)).collect();
     (!told.is_empty() && told.iter().all(|t| *t)).then(|| Evidence {
         residual: format!("where things rest, between {} and {}", before.name, after.name),
         test: "one motion of all that is tracked, of which one thing is never touched".into(),

@@ -337,13 +337,13 @@ fn depends_on(left: &Structure, means: &str) -> Evidence {
 /// Two laws of one kind fit what a third of that kind would. It is no test: nothing that was measured speaks against them.
 fn feigned(family: &dyn Family, plain: &Fit, full: &Fit) -> Option<Evidence> {
     let causes: Vec<&str> = full.laws.iter().map(|l| family.laws()[*l].cause).collect();
-    let [first, second] = of_any_form(&causes)?;
+    let alike = of_any_form(&causes)?.join(" and ");
     let gain = full.objective - plain.objective;
     Some(evidence(
-        &format!("what {first} and {second} explain"),
-        "two laws of one kind",
+        &format!("what {alike} explain"),
+        "laws of one kind",
         (gain, 1.0),
-        format!("{first} and {second} together take any form: another cause of their kind would do as well"),
+        format!("{alike} together take any form: another cause of their kind would do as well"),
     ))
 }
 

@@ -136,10 +136,19 @@ impl Loads {
         self.left_against.extend(told);
     }
 
-    /// Whether most of what this family is about rolled.
-    fn have_rolled(&self, family: &dyn Family) -> bool {
-        let rolled = family.groups().iter().filter(|g| self.rolled.contains(&g.name)).count();
-        2 * rolled > family.groups().len()
+    /// Whether most of the time of these tosses is of rolling.
+    fn have_rolled(&self, tosses: &[Trace]) -> bool {
+        let lasts = |t: &Trace| {
+            let times = || t.curves.iter().flat_map(|c| c.time.iter().copied());
+            let [first, last] = [
+                times().fold(f64::INFINITY, f64::min),
+                times().fold(f64::NEG_INFINITY, f64::max),
+            ];
+            (last - first).max(0.0)
+        };
+        let own = |t: &&Trace| tosses.iter().any(|toss| toss.interaction == t.interaction);
+        let rolled: f64 = self.plain_tosses.iter().filter(own).map(lasts).sum();
+        rolled > 0.0 && 2.0 * rolled > tosses.iter().map(lasts).sum::<f64>()
     }
 
     /// The curves of a joint that was moved, as the plain model and the whole of a ladder have them.
@@ -158,11 +167,12 @@ impl Loads {
     /// What happens to a body that is thrown.
     pub fn of_tosses(&mut self, tosses: &Tosses, ladder: &Ladder) -> Vec<Finding> {
         // What mostly rolls is judged as that.
-        if self.have_rolled(tosses) {
+        let plain = tosses.traces(&ladder.plain);
+        if self.have_rolled(&plain) {
             return Vec::new();
         }
         let findings = self.named(tosses, ladder);
-        self.plain_tosses.extend(tosses.traces(&ladder.plain));
+        self.plain_tosses.extend(plain);
         self.tests.extend(tosses.hinge());
         self.full_tosses.extend(tosses.traces(&ladder.full));
         findings

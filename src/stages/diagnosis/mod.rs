@@ -100,6 +100,7 @@ mod scope;
 mod screen;
 mod sensor;
 mod sensor_lag;
+mod set_down;
 mod shaking;
 mod shown;
 mod shows_in;

@@ -302,13 +302,16 @@ impl Motions {
     }
 }
 
+/// Fewest readings of a motion that tell its largest.
+const TELLS: usize = 10;
+
 /// The largest component of the force along the freedom of any motion that is faster than `slow`, but for its noise, N: slow motions have
 /// most of the readings, fast ones the largest.
 pub(super) fn largest_component<'a>(all: impl Iterator<Item = &'a [JointLoad]>, slow: f64) -> f64 {
     let of = |loads: &[JointLoad]| {
         let moving = loads.iter().filter(|l| l.speed.abs() > slow);
         let each: Vec<f64> = moving.map(|l| (l.way * (l.load / l.lever)).amax()).collect();
-        quantile(&each, 0.95)
+        quantile(&each, 0.95).filter(|_| each.len() >= TELLS)
     };
     all.filter_map(of).fold(0.0, f64::max)
 }

@@ -84,7 +84,7 @@ fn thinning(make: &Maker, s: &Scale) -> Law {
     let less = Parameter {
         unit: "1",
         low: 0.3,
-        high: 1.3,
+        high: 1.0,
         ..Parameter::place("less", 0.8, 0.3)
     };
     make.law(
@@ -92,7 +92,14 @@ fn thinning(make: &Maker, s: &Scale) -> Law {
         form::DAMPING_THINNING,
         (
             vec![Parameter::positive("b", per_speed, s.load / v)],
-            vec![Parameter::scale("vs", unit, 0.5 * v, 0.8), less],
+            vec![
+                // One that is thin at once is friction.
+                Parameter {
+                    low: (0.06 * v).ln(),
+                    ..Parameter::scale("vs", unit, 0.5 * v, 0.8)
+                },
+                less,
+            ],
         ),
         [0.15, 0.5, 1.2].map(|share| vec![(share * v).ln(), 0.8]).to_vec(),
         "the joint resists the more the faster it moves, and hardly more beyond some speed",

@@ -234,7 +234,7 @@ impl Memory {
         let used = |deepest: f64| -k * inside * v[0] * ((deepest - inside) / v[1].exp()).clamp(0.0, 1.0);
         match a.law.form {
             form::CURVED => k * inside * v[0] * inside / s,
-            form::EXPONENTIAL => k * inside * super::press_closer::grown(v[0] * inside / s),
+            form::EXPONENTIAL => k * inside * super::press_closer::grown(2.0 * v[0] * inside / s),
             form::CUBIC => k * inside * v[0] * (inside / s).powi(2),
             form::STAGE => k * v[0] * (inside - v[1]).max(0.0),
             // It begins to bear by and by.

@@ -68,7 +68,7 @@ pub(super) fn closer_laws(pushes: &Pushes) -> Vec<Law> {
     creased
         .into_iter()
         .chain(ovals)
-        .chain([weakening, fastened(middle, sd), near()])
+        .chain([weakening, fastened(middle, sd), near(middle)])
         .chain(settling())
         .collect()
 }
@@ -126,12 +126,19 @@ fn fastened(middle: Vector2<f64>, sd: f64) -> Law {
     }
 }
 
-/// A tether that is slack at first and whose far end is not far away: it pulls another way from place to place.
-fn near() -> Law {
-    let slack = |name, unit, sd| Parameter {
-        unit,
-        ..Parameter::place(name, 0.0, sd)
+/// A tether that is slack at first and whose far end is near, but outside of where the body goes: it pulls another way from place to
+/// place.
+fn near(middle: Vector2<f64>) -> Law {
+    let far = |name, centre: f64| Parameter::place(name, centre, 0.15);
+    let length = Parameter {
+        low: 0.0,
+        high: 0.6,
+        ..Parameter::place("L", 0.15, 0.1)
     };
+    let ends = (0..8).flat_map(|k| {
+        let angle = 0.25 * PI * f64::from(k);
+        [0.1, 0.25].map(|l| vec![middle.x + l * angle.cos(), middle.y + l * angle.sin(), l])
+    });
     Law {
         extends: &[form::TETHER_SLACK],
         ..law(
@@ -139,12 +146,8 @@ fn near() -> Law {
             "support",
             form::TETHER_NEAR,
             vec![Parameter::positive("k", "N/m", 20.0)],
-            vec![
-                slack("direction", "rad", 2.0),
-                slack("slack", "m", 0.1),
-                Parameter::scale("L", "m", 0.2, 0.8),
-            ],
-            [0.08, 0.15, 0.4].map(|l: f64| vec![l.ln()]).to_vec(),
+            vec![far("px", middle.x), far("py", middle.y), length],
+            ends.collect(),
             "beyond some way from one place something pulls the body back",
         )
     }

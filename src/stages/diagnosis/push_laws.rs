@@ -256,17 +256,9 @@ pub fn table(active: &Active, s: &State, load: f64, out: &mut Vector2<f64>) {
             let beyond = (way.dot(&s.at) - start) / TAUT;
             way * (v[0] * TAUT * if beyond > 30.0 { beyond } else { beyond.exp().ln_1p() })
         }
-        // The far end of one is where a slack length beyond the line leads back to.
-        form::TETHER_NEAR => {
-            let (way, length) = (way_of(active), v[3].exp());
-            let away = s.at - way * (v[2] - length);
-            let far = away.norm().max(1e-9);
-            let beyond = (far - length) / TAUT;
-            away * (v[0] * TAUT * if beyond > 30.0 { beyond } else { beyond.exp().ln_1p() } / far)
-        }
         form::TETHER => (s.at - Vector2::new(v[1], v[2])) * v[0],
         // Slack within a circle: taut from there on, or caught there with all that it was stretched.
-        form::TETHER_ROUND | form::TETHER_CAUGHT | form::TETHER_OF_BODY => {
+        form::TETHER_ROUND | form::TETHER_CAUGHT | form::TETHER_OF_BODY | form::TETHER_NEAR => {
             // It may be fastened elsewhere than at the body's centre.
             let fastened = match v.get(4..6) {
                 Some(on) => Rotation2::new(s.turn) * Vector2::new(on[0], on[1]),

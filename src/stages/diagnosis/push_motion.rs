@@ -62,8 +62,12 @@ pub fn rise(
     let level = median(&inside)?;
     let above = |i: &usize| of(*i) - tare > 0.5 * level && time[*i] > touched.0 - 0.3;
     let onset = (0..time.len()).find(above).map(|i| time[i])?;
-    let stands_off = |i: usize| (of(i) - tare).abs() > (TOUCHES.0 * level.abs()).max(TOUCHES.1 * noise);
-    let begun = (0..time.len().saturating_sub(TOUCHES.2)).find(|i| (*i..i + TOUCHES.2).all(stands_off));
+    let stands_off = |i: usize| of(i) - tare > (TOUCHES.0 * level.abs()).max(TOUCHES.1 * noise);
+    let all = 0..(time.len() + 1).saturating_sub(TOUCHES.2);
+    // Without a tare nothing tells it from a bias.
+    let begun = all
+        .filter(|_| rest.len() > TOUCHES.2)
+        .find(|i| (*i..i + TOUCHES.2).all(stands_off));
     Some([begun.map_or(onset, |i| time[i].min(onset)), onset])
 }
 

@@ -59,7 +59,7 @@ pub fn structure(family: &dyn Family, fit: &Fit) -> Option<Structure> {
     all.max_by(|a, b| a.gain.total_cmp(&b.gain))
 }
 
-/// What samples of a group differ in; where nothing is `named`, how long the tool has touched as well: what an arm does so long after
+/// What samples of a group differ in; where it is `unnamed`, how long the tool has touched as well: what an arm does so long after
 /// it touched is no law, but laws that relax, or wear, in another form than nature do leave what depends on that.
 fn told_by(family: &dyn Family, group: usize, unnamed: bool) -> Vec<Covariate> {
     let mut all = family.covariates(group);

@@ -5,20 +5,21 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 
+use super::set_down::puts_down_as_it_was;
 use super::told::{Told, gain};
 use crate::base::Estimate;
-use crate::capture::{Capture, Interaction, Kind, PhaseKind, Segmented};
+use crate::capture::{Capture, Interaction, PhaseKind, Segmented};
 use crate::math::weighted_linear;
 use crate::twin::{Finding, Gain};
 
 /// Share of the time before the touch that is surely before it, and the fewest samples of it.
-const BEFORE: f64 = 0.7;
-const SAMPLES: usize = 10;
+pub(super) const BEFORE: f64 = 0.7;
+pub(super) const SAMPLES: usize = 10;
 /// Fewest tools that tell.
 const FEWEST: usize = 3;
 /// Standard deviations from nought from which on it counts: of 395 captures of three engines, none without such a cause came to more
 /// than 3.9.
-const CLEAR: f64 = 5.0;
+pub(super) const CLEAR: f64 = 5.0;
 /// Variance of what is left over that of the noise up to which it is nothing else.
 const CLEAN: f64 = 4.0;
 /// Share of the largest force below which it does not matter.
@@ -45,6 +46,8 @@ pub fn before_the_touch(finding: &Finding) -> bool {
 struct Reading {
     name: String,
     held_out: bool,
+    /// A hand that holds what it lifts.
+    holds: bool,
     /// Seconds since the capture began.
     time: f64,
     /// Mean, N, world axes, and the standard deviation of each of its components.
@@ -58,7 +61,8 @@ impl Reading {
     fn of(interaction: &Interaction, segmented: &[Segmented], zero: f64) -> Option<Self> {
         let own = segmented.iter().find(|s| s.interaction == interaction.name)?;
         let tool = interaction.tool.as_ref()?;
-        if (tool.grip || tool.pin) && !puts_down_as_it_was(interaction, own) {
+        let holds = tool.grip || tool.pin;
+        if holds && !puts_down_as_it_was(interaction, own) {
             return None;
         }
         let (stream, noise) = (interaction.force.as_ref()?, own.force_noise?);
@@ -83,42 +87,13 @@ impl Reading {
         (rest.len() >= SAMPLES && noise > 0.0 && own.preload.is_none()).then(|| Self {
             name: interaction.name.clone(),
             held_out: interaction.held_out,
+            holds,
             time: 0.5 * (begin + until) - zero,
             force: rest.into_iter().sum::<Vector3<f64>>() / n,
             sd: noise / n.sqrt(),
             rotation: rotation.copied().unwrap_or_default(),
         })
     }
-}
-
-/// Whether a hand reads the same before it lifts what it holds and after it has put that down. What a hand strains at is another load
-/// where it was set down again; what reads the same is the sensor's.
-fn puts_down_as_it_was(interaction: &Interaction, segmented: &Segmented) -> bool {
-    let moved: Vec<_> = segmented
-        .phases
-        .iter()
-        .filter(|p| matches!(p.kind, PhaseKind::Stick | PhaseKind::Slide))
-        .collect();
-    let (Some(first), Some(last), Some(stream)) = (moved.first(), moved.last(), interaction.force.as_ref()) else {
-        return false;
-    };
-    let mean = |within: &dyn Fn(f64) -> bool| {
-        let rows = stream.time.iter().zip(&stream.force);
-        let own: Vec<&Vector3<f64>> = rows
-            .filter(|(t, f)| within(**t) && f.iter().all(|x| x.is_finite()))
-            .map(|(_, f)| f)
-            .collect();
-        let n = own.len();
-        (n >= SAMPLES).then(|| (own.into_iter().sum::<Vector3<f64>>() / n as f64, 1.0 / n as f64))
-    };
-    let begin = stream.time.first().copied().unwrap_or(0.0);
-    let until = begin + BEFORE * (first.start - begin);
-    let end = stream.time.last().copied().unwrap_or(0.0);
-    let after = end - BEFORE * (end - last.end);
-    let both = mean(&|t| t <= until).zip(mean(&|t| t >= after));
-    let noise = segmented.force_noise.unwrap_or(0.0);
-    interaction.kind == Kind::Lift
-        && both.is_some_and(|((a, va), (b, vb))| (a - b).norm() < CLEAR * noise * (va + vb).sqrt())
 }
 
 /// A way in which readings may be off: a vector of one frame, or one that grows with time there.
@@ -252,7 +227,12 @@ fn readings(capture: &Capture, segmented: &[Segmented]) -> Vec<Reading> {
         .filter_map(|s| s.time.first().copied())
         .fold(f64::INFINITY, f64::min);
     let each = capture.interactions.iter();
-    each.filter_map(|i| Reading::of(i, segmented, zero)).collect()
+    let mut all: Vec<Reading> = each.filter_map(|i| Reading::of(i, segmented, zero)).collect();
+    // Hands may strain at what they hold, and are asked only where free tools do not tell.
+    if all.iter().filter(|r| !r.held_out && !r.holds).count() >= FEWEST {
+        all.retain(|r| !r.holds);
+    }
+    all
 }
 
 fn told(all: &[Reading], largest: f64) -> Option<Finding> {
@@ -352,6 +332,7 @@ mod tests {
             Reading {
                 name: format!("push-{k}"),
                 held_out: k == 5,
+                holds: false,
                 time: 12.0 * f64::from(k),
                 force: off(12.0 * f64::from(k), &rotation) + wobble,
                 sd: 0.005,

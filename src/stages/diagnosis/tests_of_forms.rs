@@ -126,17 +126,6 @@ fn a_tether_pulls_where_it_is_fastened() {
     assert!((pulled - other).norm() < 1e-9, "{pulled} {other}");
 }
 
-/// The one is told by its far end, the other by the line beyond which it pulls.
-#[test]
-fn a_tether_pulls_towards_its_far_end() {
-    for (x, y) in [(0.05, 0.02), (0.03, -0.03), (0.01, 0.0)] {
-        let s = at(x, y, 1.0);
-        let round = held_by_table(form::TETHER_ROUND, &[20.0, -0.08, 0.0, 0.1], &s);
-        let near = held_by_table(form::TETHER_NEAR, &[20.0, 0.0, 0.02, 0.1f64.ln()], &s);
-        assert!((round - near).norm() < 1e-9, "{round} {near}");
-    }
-}
-
 #[test]
 fn a_step_costs_by_its_slope_and_only_across_it() {
     let values = [0.2, 0.02, 0.01, 0.008f64.ln(), 0.6];

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix2};
 
 use super::told::{Told, gain};
 use crate::base::Estimate;
@@ -15,17 +15,22 @@ use crate::math::weighted_linear;
 use crate::stages::estimation::{SlidDown, slid_down};
 use crate::twin::{Finding, Model};
 
-/// Fewest tilts, and how far their headings have to be spread: the mean of the double headings may be no longer than this.
-const FEWEST: usize = 6;
-const SPREAD: f64 = 0.6;
+/// Fewest tilts, and how far their headings have to be spread: the least variance of what friction may go with, which is a half where
+/// they are all round.
+const FEWEST: usize = 8;
+const SPREAD: f64 = 0.1;
+/// How far a body has to be turned from tilt to tilt for its own grain to be told from the table's, rad.
+const TURNED: f64 = 0.3;
 /// Log evidence over friction that is the same all round from which on it is named, nats, and the least share of friction.
 const NAMED: f64 = 8.0;
 const LEAST: f64 = 0.03;
 /// Share by which friction is new in every tilt, at least.
 const NEW: f64 = 0.01;
-/// Probability of what is named alone, and of one of two that are the same data.
+/// Largest probability that is stated, and the share of a slope's that is the table's: the rest is gravity's, which is the same data.
 const SURE: f64 = 0.95;
-const EITHER: f64 = 0.5;
+const OF_TABLE: f64 = 0.53;
+/// Odds below which a rival is not listed.
+const NEGLIGIBLE: f64 = 0.02;
 
 /// One tilt: friction over the usual, its heading in the frame of the support and in that of the body, rad.
 struct Tilt {
@@ -71,7 +76,7 @@ impl Fitted {
     fn of(way: Way, tilts: &[&Tilt]) -> Option<Self> {
         let rows: Vec<Vec<f64>> = tilts.iter().map(|t| way.columns(t)).collect();
         let (n, p) = (rows.len(), rows.first()?.len());
-        if n < p + 2 {
+        if n < p + 2 || !spread(&rows) {
             return None;
         }
         let a = DMatrix::from_fn(n, p, |i, j| rows[i][j]);
@@ -97,6 +102,20 @@ impl Fitted {
     }
 }
 
+/// Whether rows of one and two numbers tell both of these.
+fn spread(rows: &[Vec<f64>]) -> bool {
+    let n = rows.len() as f64;
+    let mean = |k: usize| rows.iter().map(|r| r[k]).sum::<f64>() / n;
+    let varies = |a: usize, b: usize| {
+        let (ma, mb) = (mean(a), mean(b));
+        rows.iter().map(|r| (r[a] - ma) * (r[b] - mb)).sum::<f64>() / n
+    };
+    rows.first().is_none_or(|r| r.len() < 3) || {
+        let own = Matrix2::new(varies(1, 1), varies(1, 2), varies(1, 2), varies(2, 2));
+        own.symmetric_eigenvalues().min() > SPREAD
+    }
+}
+
 /// How friction goes with the way down, where the tilts of a body show it.
 pub(super) fn tilt_findings(
     capture: &Capture,
@@ -116,7 +135,7 @@ pub(super) fn tilt_findings(
     each.collect()
 }
 
-/// The usual static friction, and all tilts over it.
+/// The usual friction, and all tilts over it.
 fn tilts(slid: &[SlidDown]) -> (f64, Vec<Tilt>) {
     let fitted = || slid.iter().filter(|s| !s.held_out);
     let usual = |of: &dyn Fn(&SlidDown) -> (f64, f64)| {
@@ -140,38 +159,63 @@ fn tilts(slid: &[SlidDown]) -> (f64, Vec<Tilt>) {
             of_body: s.heading - s.turn,
         }
     };
-    (holds, slid.iter().map(one).collect())
+    (0.5 * (holds + slides), slid.iter().map(one).collect())
 }
 
 fn told(body: (&str, f64), all: &[Tilt]) -> Option<Finding> {
     let fitted: Vec<&Tilt> = all.iter().filter(|t| !t.held_out).collect();
-    let mean = |angle: &dyn Fn(&Tilt) -> f64| {
-        let sum = fitted.iter().fold([0.0, 0.0], |[c, s], t| {
-            let angle = 2.0 * angle(t);
-            [c + angle.cos(), s + angle.sin()]
-        });
-        sum[0].hypot(sum[1]) / fitted.len().max(1) as f64
-    };
-    if fitted.len() < FEWEST || mean(&|t| t.heading).min(mean(&|t| t.of_body)) > SPREAD {
+    if fitted.len() < FEWEST {
         return None;
     }
+    let turns = |t: &&Tilt| t.heading - t.of_body;
+    let turned = fitted.iter().map(turns).any(|t| {
+        let apart = t - turns(&fitted[0]);
+        apart.sin().atan2(apart.cos()).abs() > TURNED
+    });
     let even = Fitted::of(Way::Even, &fitted)?;
-    let ways = [Way::Table, Way::Body, Way::Slope];
-    let best = ways
-        .into_iter()
-        .filter_map(|way| Fitted::of(way, &fitted))
-        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    let ways = [Way::Table, Way::Slope, Way::Body].into_iter();
+    let ways = ways.filter(|way| *way != Way::Body || turned);
+    let mut all_ways: Vec<Fitted> = ways.filter_map(|way| Fitted::of(way, &fitted)).collect();
+    all_ways.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let best = all_ways.first()?;
     let [a, b] = [best.values[1] / best.values[0], best.values[2] / best.values[0]];
     if best.evidence - even.evidence < NAMED || a.hypot(b) < LEAST {
         return None;
     }
-    Some(finding(body, all, &best, best.evidence - even.evidence))
+    let weight = |f: &Fitted| (f.evidence - best.evidence).exp();
+    let whole: f64 = all_ways.iter().map(weight).sum();
+    let odds = |slope: bool| {
+        let own = all_ways.iter().filter(|f| (f.way == Way::Slope) == slope);
+        SURE * own.map(weight).sum::<f64>() / whole
+    };
+    let causes = [
+        ("anisotropic-friction", odds(false)),
+        ("support-tilt", OF_TABLE * odds(true)),
+        ("gravity-error", (1.0 - OF_TABLE) * odds(true)),
+    ];
+    Some(finding(body, all, (best, best.evidence - even.evidence), &causes))
 }
 
-fn finding((body, usual): (&str, f64), all: &[Tilt], best: &Fitted, worth: f64) -> Finding {
+fn finding(
+    (body, usual): (&str, f64),
+    all: &[Tilt],
+    (best, worth): (&Fitted, f64),
+    causes: &[(&'static str, f64)],
+) -> Finding {
     let slope = best.way == Way::Slope;
-    // What friction seems to hold more on the way up of a slope is the slope.
-    let (times, unit) = if slope { (usual, "rad") } else { (1.0, "1") };
+    // What friction seems to hold more on the way up of a slope is the slope, whose tangent it goes with.
+    let (times, unit) = if slope {
+        (usual / (1.0 + usual * usual), "rad")
+    } else {
+        (1.0, "1")
+    };
+    let cause = if slope { "support-tilt" } else { "anisotropic-friction" };
+    let own = causes.iter().find(|c| c.0 == cause).map_or(0.0, |c| c.1);
+    let rivals: Vec<(&str, f64)> = causes
+        .iter()
+        .copied()
+        .filter(|c| c.0 != cause && c.1 > NEGLIGIBLE)
+        .collect();
     let from: Vec<String> = all.iter().filter(|t| !t.held_out).map(|t| t.name.clone()).collect();
     let number = |k: usize| {
         let per = times / best.values[0];
@@ -194,10 +238,10 @@ fn finding((body, usual): (&str, f64), all: &[Tilt], best: &Fitted, worth: f64) 
         ),
     };
     let mut finding = Told {
-        cause: if slope { "support-tilt" } else { "anisotropic-friction" },
+        cause,
         place: if best.way == Way::Body { body } else { "support" },
-        probability: if slope { EITHER } else { SURE },
-        rivals: if slope { &[("gravity-error", 0.45)] } else { &[] },
+        probability: own,
+        rivals: &rivals,
         parameter: (first, number(1)),
         residual: "friction against the way down",
         statistic: (2.0 * worth).sqrt(),
@@ -263,7 +307,17 @@ mod tests {
         assert_eq!(body.place, "box");
         let leans = told(("box", 1.0), &all(|h, _| 1.0 - 0.1 * h.sin(), 0.0)).expect("a lean");
         assert_eq!((leans.cause.as_str(), leans.alternatives.len()), ("support-tilt", 1));
-        assert!((leans.parameters["ty"].value + 0.1).abs() < 0.02);
+        assert!((leans.parameters["ty"].value + 0.05).abs() < 0.01);
         assert!(told(("box", 1.0), &all(|_, _| 1.0, 1.1)).is_none());
+        // Two headings across each other tell no slope from a grain.
+        let across: Vec<Tilt> = all(|h, _| grain(h), 0.0)
+            .into_iter()
+            .enumerate()
+            .map(|(k, t)| Tilt {
+                heading: if k % 2 == 0 { 0.0 } else { std::f64::consts::FRAC_PI_2 },
+                ..t
+            })
+            .collect();
+        assert!(told(("box", 1.0), &across).is_none());
     }
 }

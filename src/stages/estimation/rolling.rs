@@ -24,6 +24,8 @@ const ROLLS: f64 = 0.015;
 const SLIPS: f64 = 0.12;
 /// How far from its last height a body is that still bounces, m, and standard deviations of its place.
 const LEVEL: (f64, f64) = (5e-4, 5.0);
+/// Squares of what is left of the way of a thrown thing that runs on, over those of the noise.
+const RUNS_ON: f64 = 10.0;
 /// Fewest poses of a way.
 const FEWEST: usize = 15;
 /// Poses that lean before it counts.
@@ -109,7 +111,13 @@ pub fn rolled(capture: &Capture, segmented: &[Segmented], model: &Model) -> Vec<
         let cut = segmented.iter().find(|s| s.interaction == interaction.name)?;
         let link = subject(interaction, cut)?;
         let thrown = interaction.kind == Kind::Toss;
-        (thrown || alone(interaction, cut, link, &model.twin)).then_some(())?;
+        let by_itself = || alone(interaction, cut, link, &model.twin);
+        (if thrown {
+            interaction.tracks.len() == 1
+        } else {
+            by_itself()
+        })
+        .then_some(())?;
         rolled_on(interaction, cut, link, &ground, model)
     };
     pushes.filter_map(one).collect()
@@ -158,6 +166,10 @@ fn rolled_on(interaction: &Interaction, cut: &Segmented, name: &str, ground: &Gr
     let left = fit.residuals.as_slice();
     let memory = (left.len() as f64 / effective_samples(left).max(1.0)).clamp(1.0, 10.0);
     let misfit = fit.residuals.norm_squared() / (noise * noise * (rows.len() as f64 - 3.0));
+    // What runs into a thing is not slowed by rolling.
+    if interaction.kind == Kind::Toss && misfit > RUNS_ON {
+        return None;
+    }
     Some(Rolled {
         link: name.to_owned(),
         interaction: interaction.name.clone(),
@@ -200,7 +212,7 @@ fn comes_to_roll(rows: &[Row], ground: &Ground, noise: f64) -> Option<f64> {
             return false;
         };
         let turned = turned_about(part, &normal.cross(&heading)) * rest;
-        part.len() > FEW && (turned / gone.norm() - 1.0).abs() < SLIPS
+        gone.norm() > (ROLLS * PACE).max(5.0 * noise) && (turned / gone.norm() - 1.0).abs() < SLIPS
     };
     (from..rows.len()).find(rolls).map(|i| rows[i].0 + SETTLED)
 }

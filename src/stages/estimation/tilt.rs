@@ -46,7 +46,15 @@ pub fn slid_down(capture: &Capture, segmented: &[Segmented], model: &Model, targ
         let run = run_of(interaction, cut, target, &ground.gravity, &ground.point, &config)?;
         let slide = slide_of(interaction, cut, target, &ground.gravity, &ground.point, &config)?;
         let plane = &ground.plane;
-        let ahead = interaction.tracks.get(target)?.rotation.iter().flatten().next()? * Vector3::x();
+        let turn = interaction.tracks.get(target)?.rotation.iter().flatten().next()?;
+        // Whichever of its axes does not stand upright.
+        let flat = |axis: &Vector3<f64>| (turn * axis).dot(&plane.normal).abs() < 0.8;
+        let ahead = turn
+            * if flat(&Vector3::x()) {
+                Vector3::x()
+            } else {
+                Vector3::y()
+            };
         Some(SlidDown {
             name: slide.interaction,
             held_out: interaction.held_out,

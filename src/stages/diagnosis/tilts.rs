@@ -310,14 +310,23 @@ mod tests {
         assert!((leans.parameters["ty"].value + 0.05).abs() < 0.01);
         assert!(told(("box", 1.0), &all(|_, _| 1.0, 1.1)).is_none());
         // Two headings across each other tell no slope from a grain.
-        let across: Vec<Tilt> = all(|h, _| grain(h), 0.0)
-            .into_iter()
-            .enumerate()
-            .map(|(k, t)| Tilt {
-                heading: if k % 2 == 0 { 0.0 } else { std::f64::consts::FRAC_PI_2 },
+        let across = |k: usize| {
+            if k.is_multiple_of(2) {
+                0.0
+            } else {
+                std::f64::consts::FRAC_PI_2
+            }
+        };
+        let two: Vec<Tilt> = (0..)
+            .map(across)
+            .zip(all(|_, _| 1.0, 0.0))
+            .map(|(heading, t)| Tilt {
+                heading,
+                of_body: heading,
+                share: t.share * grain(heading),
                 ..t
             })
             .collect();
-        assert!(told(("box", 1.0), &across).is_none());
+        assert!(told(("box", 1.0), &two).is_none());
     }
 }

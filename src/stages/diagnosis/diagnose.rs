@@ -147,7 +147,7 @@ pub fn diagnose(
     keep_what_stands(&mut findings, config);
     curves.left_beside(swerves(capture, &slid, &findings));
     curves.left_beside(bursts(&slid, &findings));
-    curves.left_beside(knocked(capture));
+    curves.left_beside(knocked(capture, &mut findings));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use crate::capture::{Capture, Interaction, PoseStream};
 use crate::math::{mad_sd, median};
-use crate::twin::Evidence;
+use crate::twin::{Evidence, Finding};
 
 /// Readings at either end of a track that tell where a thing rests.
 const READINGS: usize = 12;
@@ -60,12 +60,18 @@ impl Rest {
     }
 }
 
-/// That all that is tracked jumped as one between two interactions, though one of the things was never moved by a touch.
-pub(super) fn knocked(capture: &Capture) -> Option<Evidence> {
+/// What a knock feigns: places that are read beside where they are.
+const FEIGNED: [&str; 2] = ["contact-point-offset", "tracking-error"];
+
+/// That all that is tracked jumped as one between two interactions, though one of the things was never moved by a touch. What the places
+/// before and after it were named for has no name then.
+pub(super) fn knocked(capture: &Capture, findings: &mut Vec<Finding>) -> Option<Evidence> {
     let names: Vec<&str> = capture.bodies.iter().map(|b| b.name.as_str()).collect();
     let up = capture.support.as_ref().map(|s| s.normal.into_inner());
     let up = up.or_else(|| (-capture.gravity).try_normalize(1e-9))?;
-    told(&names, &up, &capture.interactions)
+    let knock = told(&names, &up, &capture.interactions)?;
+    findings.retain(|f| !FEIGNED.contains(&f.cause.as_str()));
+    Some(knock)
 }
 
 fn told(names: &[&str], up: &Vector3<f64>, interactions: &[Interaction]) -> Option<Evidence> {

@@ -62,6 +62,7 @@ mod named;
 mod naming;
 mod offset;
 mod once;
+mod one_or_two;
 mod one_way;
 mod onset;
 mod play;

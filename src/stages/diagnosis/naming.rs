@@ -113,6 +113,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.prefer_what_takes_away();
     climb.look_closer(0);
     climb.take_one_for_two();
+    climb.take_two_for_one();
     climb.drop_the_misshapen();
     Some(standing(family, climb.finish()))
 }

@@ -20,7 +20,7 @@ const THIRD: f64 = 0.05;
 const CLEARLY: f64 = 1.0;
 /// Share of the error below which an effect takes next to nothing away, and above which it takes most; evidence that is about the same, nats.
 const TAKES: (f64, f64) = (0.2, 0.5);
-const EVEN: f64 = 2.0;
+pub(super) const EVEN: f64 = 2.0;
 
 impl Climb<'_> {
     /// Where the effects leave something, two that only show together may do better.
@@ -167,40 +167,13 @@ impl Climb<'_> {
     }
 
     /// The closer forms of a law.
-    fn closer_than(&self, own: &Law) -> Vec<usize> {
+    pub(super) fn closer_than(&self, own: &Law) -> Vec<usize> {
         let laws = self.family.laws();
         let extends = |l: &usize| {
             let other = &laws[*l];
             other.cause == own.cause && other.place == own.place && other.extends.contains(&own.form)
         };
         self.closer.iter().copied().filter(extends).collect()
-    }
-
-    /// Two effects of which one alone, in a closer form, explains as much are that one: what came first fitted a part of its form.
-    pub(super) fn take_one_for_two(&mut self) {
-        let family = self.family;
-        let [a, b] = self.taken.as_slice() else { return };
-        let worth = self.full.log_evidence - self.plain.log_evidence;
-        let before = leave_one_out(family, &self.full);
-        let one = |own: &Taken| {
-            let law = &family.laws()[own.law];
-            let shape: Vec<f64> = values(family, &self.full, own.law)
-                .iter()
-                .skip(law.amplitudes)
-                .map(|v| v.0)
-                .collect();
-            let closer = self.closer_than(law);
-            let score = |l: &usize| scored_at(family, &self.plain, (*l, &from(&shape, &family.laws()[*l])), false);
-            let scored: Vec<Scored> = closer.iter().map(score).collect();
-            self.found(&self.plain, &scored).into_iter().next()
-        };
-        let as_well =
-            |c: &Candidate| c.gain > worth - EVEN && paired(&leave_one_out(family, &c.fit), &before).0 > -EVEN;
-        let found = [a, b].into_iter().filter_map(one).filter(as_well);
-        if let Some(best) = found.max_by(|x, y| x.gain.total_cmp(&y.gain)) {
-            self.taken = vec![taken_up(best.law, best.gain, &[])];
-            self.full = best.fit;
-        }
     }
 
     /// An effect that was taken up since less was asked of its law gives way to the law that is the likelier one beside it.
@@ -277,7 +250,7 @@ impl Climb<'_> {
 }
 
 /// Where the fit of a closer form starts: at the shape of the one that it extends, with each of its own starts of what it has more.
-fn from(shape: &[f64], closer: &Law) -> Vec<Vec<f64>> {
+pub(super) fn from(shape: &[f64], closer: &Law) -> Vec<Vec<f64>> {
     let more = |start: &Vec<f64>| {
         let shared = closer.parameters.len() - closer.amplitudes - start.len();
         shape.iter().take(shared).chain(start).copied().collect()

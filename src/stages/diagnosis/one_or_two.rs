@@ -1,0 +1,65 @@
+//! One effect in a closer form, or two in plain ones: which of them explains more.
+
+use super::evidence::{leave_one_out, paired};
+use super::named::values;
+use super::naming::{Climb, NAMED, Taken, taken_up};
+use super::revision::{EVEN, from};
+use super::screen::{Candidate, Scored, scored_at, screen};
+
+impl Climb<'_> {
+    /// Two effects of which one alone, in a closer form, explains as much are that one: what came first fitted a part of its form.
+    pub(super) fn take_one_for_two(&mut self) {
+        let family = self.family;
+        let [a, b] = self.taken.as_slice() else { return };
+        let worth = self.full.log_evidence - self.plain.log_evidence;
+        let before = leave_one_out(family, &self.full);
+        let one = |own: &Taken| {
+            let law = &family.laws()[own.law];
+            let shape: Vec<f64> = values(family, &self.full, own.law)
+                .iter()
+                .skip(law.amplitudes)
+                .map(|v| v.0)
+                .collect();
+            let closer = self.closer_than(law);
+            let score = |l: &usize| scored_at(family, &self.plain, (*l, &from(&shape, &family.laws()[*l])), false);
+            let scored: Vec<Scored> = closer.iter().map(score).collect();
+            self.found(&self.plain, &scored).into_iter().next()
+        };
+        let as_well =
+            |c: &Candidate| c.gain > worth - EVEN && paired(&leave_one_out(family, &c.fit), &before).0 > -EVEN;
+        let found = [a, b].into_iter().filter_map(one).filter(as_well);
+        if let Some(best) = found.max_by(|x, y| x.gain.total_cmp(&y.gain)) {
+            self.taken = vec![taken_up(best.law, best.gain, &[])];
+            self.full = best.fit;
+        }
+    }
+
+    /// One effect in a form of many numbers may be two: another beside the plainer form that it extends, where that leaves something and both
+    /// explain clearly more.
+    pub(super) fn take_two_for_one(&mut self) {
+        let family = self.family;
+        let [own] = self.taken.as_slice() else { return };
+        let closer = &family.laws()[own.law];
+        let plainer = |l: &usize| {
+            let law = &family.laws()[*l];
+            law.cause == closer.cause && law.place == closer.place && closer.extends.contains(&law.form)
+        };
+        let scored = screen(family, &self.plain, self.all.iter().copied().filter(plainer));
+        let Some(base) = self.found(&self.plain, &scored).into_iter().next() else {
+            return;
+        };
+        let first = taken_up(base.law, base.gain, &[]);
+        let found = self.found(&base.fit, &self.scored(&base.fit, &[&first]));
+        let before = leave_one_out(family, &self.full);
+        let two = found.iter().find(|c| {
+            c.stands()
+                && c.fit.log_evidence > self.full.log_evidence + NAMED
+                && paired(&leave_one_out(family, &c.fit), &before).0 > 0.0
+                && !self.is_form((c.law, c.gain), &[&first], [&base.fit, &c.fit])
+        });
+        if let Some(two) = two {
+            self.full = two.fit.clone();
+            self.taken = vec![first, taken_up(two.law, two.gain, &found)];
+        }
+    }
+}

@@ -140,7 +140,7 @@ fn jumped([before, after]: [&Interaction; 2], name: &str, up: &Vector3<f64>) -> 
         statistic: gone / sd,
         p_value: 0.0,
         words: format!(
-            "between {} and {} all that is tracked jumps as one, {name} by {:.1} mm and {:.1} degrees: what tracks was moved, or the table",
+            "between {} and {} all that is tracked jumps together, {name} by {:.1} mm and {:.1} degrees: what tracks was moved, or the table",
             before.name,
             after.name,
             1e3 * gone,

@@ -325,6 +325,33 @@ mod tests {
     }
 
     #[test]
+    fn two_effects_in_plain_forms_stand_for_one_of_more_numbers_that_explains_less() {
+        let taken = |hidden: &[(usize, f64)]| {
+            let toy = Toy::new(hidden, 9).all_fitted();
+            let groups: Vec<usize> = (0..Toy::FITTED).collect();
+            let noise = Noise::start(&toy);
+            let plain = fit(&toy, &[], &[1.0], &noise, &groups);
+            let full = fit(&toy, &[3], &[1.0, 0.1, 0.5], &noise, &groups);
+            let mut climb = Climb {
+                family: &toy,
+                all: vec![0, 1, 2],
+                closer: vec![3],
+                plain,
+                full,
+                taken: vec![taken_up(3, 20.0, &[])],
+                untestable: Vec::new(),
+                tried: Vec::new(),
+                hoped: false,
+                polishes: 0,
+            };
+            climb.take_two_for_one();
+            (climb.taken.iter().map(|t| t.law).collect::<Vec<_>>(), climb.full.laws)
+        };
+        assert_eq!(taken(&[(3, 0.4)]), (vec![3], vec![3]));
+        assert_eq!(taken(&[(2, 0.4), (0, 0.3)]), (vec![2, 0], vec![2, 0]));
+    }
+
+    #[test]
     fn what_takes_most_away_stands_before_what_takes_nothing() {
         let toy = Toy::new(&[(2, 0.4)], 9).all_fitted();
         let groups: Vec<usize> = (0..Toy::FITTED).collect();

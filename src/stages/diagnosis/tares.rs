@@ -1,4 +1,4 @@
-//! What a sensor reads while its tool touches nothing: a bias, in its own frame or the room's, or a reading that creeps.
+//! What a sensor reads while its tool touches nothing, or a hand before it lifts: a bias, in its own frame or the room's, or a reading that creeps.
 //!
 //! Weighted least squares over the means of what free tools read before they touched; the causes are of one catalogue with those of
 //! the ladders, which see less of it where forces along one freedom only are judged.

@@ -4,4 +4,5 @@
 #![allow(clippy::expect_used, clippy::panic, reason = "tests may stop")]
 
 pub mod damaged;
+pub mod elsewhere;
 pub mod good;

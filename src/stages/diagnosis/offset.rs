@@ -11,7 +11,7 @@ use super::predict::trace_of;
 use super::turns::Turns;
 use super::{Config, Trace};
 use crate::base::Estimate;
-use crate::capture::{Capture, Interaction, Segmented};
+use crate::capture::{Capture, Interaction, Kind, Segmented};
 use crate::geometry::mass_properties;
 use crate::stages::estimation::TOSS_METHOD;
 use crate::twin::{Evidence, Finding, Gain, Link, Model};
@@ -30,6 +30,10 @@ const UNCLEAR: f64 = 7.0;
 /// Doubt of an axis up to which turning tells it, m, and how many standard deviations from what pushes said it may be.
 const SHARP: f64 = 6e-4;
 const AGREES: f64 = 2.5;
+/// Misfit from which on pushes tell it with their friction where the moments of each, read by themselves, do so too; and the doubt up
+/// to which these tell an axis then, m.
+const EACH: f64 = 12.0;
+const TOLD: f64 = 2e-3;
 
 /// Every link whose centre of mass is not that of its shape, with what knowing it gains on touches that did not
 /// tell it; and the model without them.
@@ -135,13 +139,17 @@ impl Offset {
         }
         let turns = Turns::new(capture, segmented, model)?;
         let (away, read, from) = turns.centre(&climb(&turns, config)?.full, name)?;
-        let told = |k: &usize| read[*k] < SHARP;
-        if (0..3).filter(told).count() < 2 {
-            return None;
-        }
         let agrees = |k: usize| (away[k] - self.away[k]).abs() < AGREES * self.sd[k].hypot(read[k]);
         let sd = read.map(|s| s.hypot(self.open));
-        let chi_squared = (0..3).filter(told).map(|k| (away[k] / sd[k]).powi(2)).sum();
+        let within = |doubt: f64| (0..3).filter(move |k| read[*k] < doubt);
+        let misfit = |doubt: f64| -> f64 { within(doubt).map(|k| (away[k] / sd[k]).powi(2)).sum() };
+        if self.chi_squared > EACH && within(TOLD).count() == 2 && misfit(TOLD) > EACH && within(TOLD).all(agrees) {
+            return Some(self.clone());
+        }
+        if within(SHARP).count() < 2 {
+            return None;
+        }
+        let chi_squared = misfit(SHARP);
         let out = Self {
             away,
             sd,
@@ -149,7 +157,7 @@ impl Offset {
             from,
             ..self.clone()
         };
-        (out.is_clear() && (0..3).filter(told).all(agrees)).then_some(out)
+        (out.is_clear() && within(SHARP).all(agrees)).then_some(out)
     }
 
     fn take_away(&self, model: &mut Model, name: &str) {
@@ -212,7 +220,9 @@ pub fn gain(
     from: &[String],
     name: &str,
 ) -> Option<Gain> {
-    let touches = |i: &&Interaction| i.tracks.contains_key(name) && !from.contains(&i.name);
+    // A support that leans hardly shows where the weight acts.
+    let shows = |i: &Interaction| !matches!(i.kind, Kind::Tilt | Kind::Hold) && i.tracks.contains_key(name);
+    let touches = |i: &&Interaction| shows(i) && !from.contains(&i.name);
     let sealed: Vec<&Interaction> = capture
         .interactions
         .iter()

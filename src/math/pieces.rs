@@ -12,6 +12,8 @@ const BENT: f64 = 1.0;
 const CELLS: usize = 300;
 /// Samples over which what the pieces miss is taken back into the path.
 const KEPT: usize = 64;
+/// Share of the largest value below which a difference is one of the last digits.
+const DIGITS: f64 = 1e-12;
 /// Fewer samples are left as they are.
 const FEWEST: usize = 12;
 
@@ -26,8 +28,21 @@ pub struct Freed {
     pub left: f64,
 }
 
-/// The path freed of noise that is independent from sample to sample; nothing where there is none, or too few samples.
+/// The path freed of noise that is independent from sample to sample, samples that are missing left so; nothing where there is no
+/// noise, or too few samples.
 pub fn freed(time: &[f64], values: &[f64]) -> Option<Freed> {
+    let seen: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_finite()).collect();
+    if seen.len() == values.len() {
+        return freed_of(time, values);
+    }
+    let of = |all: &[f64]| -> Vec<f64> { seen.iter().map(|i| all[*i]).collect() };
+    let own = freed_of(&of(time), &of(values))?;
+    let mut out = vec![f64::NAN; values.len()];
+    seen.iter().zip(&own.values).for_each(|(i, v)| out[*i] = *v);
+    Some(Freed { values: out, ..own })
+}
+
+fn freed_of(time: &[f64], values: &[f64]) -> Option<Freed> {
     let n = values.len();
     let finite = time.iter().chain(values).all(|v| v.is_finite());
     if n < FEWEST || !finite || time.windows(2).any(|w| w[1] <= w[0]) {
@@ -77,8 +92,21 @@ fn running_mean(values: &[f64], width: usize) -> Vec<f64> {
 /// Standard deviation of independent noise on a smooth path, by its third differences.
 pub fn noise_of(values: &[f64]) -> Option<f64> {
     let third = values.windows(4).map(|w| w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]);
-    let noise = mad_sd(&third.collect::<Vec<_>>())? / 20.0_f64.sqrt();
-    (noise > 0.0).then_some(noise)
+    let third: Vec<f64> = third.collect();
+    let noise = mad_sd(&third)? / 20.0_f64.sqrt();
+    let size = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    // What arithmetic leaves of nought is no noise.
+    if noise > DIGITS * size {
+        return Some(noise);
+    }
+    // Of what hops between the neighbours of a coarse grid most differences are nought.
+    let hops = values.windows(2).map(|w| (w[1] - w[0]).abs());
+    let hops = hops.filter(|d| *d > DIGITS * size);
+    let (least, most) = hops.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
+    let squares = third.iter().map(|d| d * d).sum::<f64>() / third.len() as f64;
+    (most < 2.5 * least)
+        .then(|| (squares / 20.0).sqrt())
+        .filter(|n| *n > 0.0)
 }
 
 /// Sums up to each sample of powers of time, alone and with the value.
@@ -242,5 +270,36 @@ mod tests {
             assert!(most < 1e-6, "{most}");
         }
         assert!(super::freed(&time, &vec![0.1; 400]).is_none());
+        // At rest most of the time, and of no noise but that of the last digits.
+        let way = |t: f64| 0.1 + 0.3 + 0.01 * (t - 1.9).clamp(0.0, 0.3) + 0.02 * (t - 3.1).clamp(0.0, 0.1);
+        let seen: Vec<f64> = time.iter().map(|t| way(*t)).collect();
+        assert!(super::freed(&time, &seen).is_none());
+    }
+
+    #[test]
+    fn what_was_written_with_few_digits_is_freed_of_what_rounding_made() {
+        let time: Vec<f64> = (0..2000).map(|i| 0.002 * f64::from(i)).collect();
+        let truth = |t: f64| 5e-3 * (t - 1.0).clamp(0.0, 1.0) - 5e-3 * (t - 2.5).clamp(0.0, 1.0);
+        let mut dice = rng_for(Seed(4), "few digits");
+        let mut free = || (0..12).map(|_| dice.random_range(-0.5..0.5)).sum::<f64>();
+        let mut seen: Vec<f64> = time
+            .iter()
+            .map(|t| ((truth(*t) + 2e-5 * free()) * 1e4).round() * 1e-4)
+            .collect();
+        let rms = |values: &[f64]| {
+            let off = time.iter().zip(values).filter(|(_, v)| v.is_finite());
+            (off.map(|(t, v)| (v - truth(*t)).powi(2)).sum::<f64>() / 2000.0).sqrt()
+        };
+        let even = freed(&time, &seen).expect("noise");
+        assert!(
+            rms(&even.values) < 1.2e-5 && rms(&seen) > 2.5e-5,
+            "{}",
+            rms(&even.values)
+        );
+        // What is missing stays missing, and harms nothing else.
+        (0..2000).step_by(7).for_each(|i| seen[i] = f64::NAN);
+        let even = freed(&time, &seen).expect("noise");
+        assert!(rms(&even.values) < 1.3e-5, "{}", rms(&even.values));
+        assert!((0..2000).all(|i| even.values[i].is_nan() == (i % 7 == 0)));
     }
 }

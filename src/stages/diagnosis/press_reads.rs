@@ -72,7 +72,8 @@ impl Read {
             interpolate(&path.time, &down, t).unwrap_or(f64::NAN)
         };
         let parts = time.iter().map(|t| std::array::from_fn(|k| within(*t, k))).collect();
-        let deepest = (0..down.len()).max_by(|a, b| down[*a].total_cmp(&down[*b]))?;
+        let known = (0..down.len()).filter(|k| down[*k].is_finite());
+        let deepest = known.max_by(|a, b| down[*a].total_cmp(&down[*b]))?;
         let (fine, felt, fine_noise) = scene.raw_force(FINE)?;
         let felt: Vec<f64> = felt.iter().map(|f| -f.dot(&up)).collect();
         let rises = rise(&felt, fine_noise?)?;

@@ -12,6 +12,7 @@ mod motion;
 mod preload;
 mod segment;
 mod sift;
+mod stairs;
 mod strangers;
 
 pub use config::Config;

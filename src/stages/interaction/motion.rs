@@ -52,8 +52,11 @@ fn rotation_vectors(stream: &PoseStream, from: &UnitQuaternion<f64>) -> Vec<Opti
         .collect()
 }
 
-/// Moving mean over `half` s to both sides; NaN where nothing is there.
-fn smoothed(time: &[f64], values: &[Vector3<f64>], half: f64) -> Vec<Vector3<f64>> {
+/// Share of the rows of a whole window below which its mean says nothing: beside a gap a few rows would stand for all.
+const SPARSE: f64 = 0.4;
+
+/// Moving mean over `half` s to both sides, in which `whole` rows are expected; NaN where too few are there.
+fn smoothed(time: &[f64], values: &[Vector3<f64>], half: f64, whole: f64) -> Vec<Vector3<f64>> {
     let (mut from, mut to) = (0, 0);
     (0..time.len())
         .map(|i| {
@@ -65,7 +68,7 @@ fn smoothed(time: &[f64], values: &[Vector3<f64>], half: f64) -> Vec<Vector3<f64
             }
             let rows: Vec<_> = values[from..to].iter().filter(|v| v.x.is_finite()).collect();
             let sum: Vector3<f64> = rows.iter().copied().sum();
-            if rows.is_empty() {
+            if (rows.len() as f64) < (SPARSE * whole).max(1.0) {
                 Vector3::repeat(f64::NAN)
             } else {
                 sum / rows.len() as f64
@@ -104,13 +107,18 @@ pub(super) fn measure_motion(stream: &PoseStream, rest_until: f64, config: &Conf
     } else {
         0.5 * config.track_window
     };
-    let averaged = (2.0 * half * rate).max(1.0).sqrt();
+    let whole = (2.0 * half * rate).max(1.0);
+    let averaged = whole.sqrt();
+    let smooth = |values: &[Vector3<f64>]| -> Vec<f64> {
+        let means = smoothed(&stream.time, values, half, whole);
+        means.iter().map(Vector3::norm).collect()
+    };
     let threshold = |noise: Option<f64>, floor: f64| {
         (config.motion_sigmas * noise.unwrap_or(0.0) * (1.0 / averaged + 1.0 / (rest_rows as f64).sqrt())).max(floor)
     };
     Some(Motion {
-        shift: smoothed(&stream.time, &shifts, half).iter().map(|v| v.norm()).collect(),
-        turn: smoothed(&stream.time, &turns, half).iter().map(|v| v.norm()).collect(),
+        shift: smooth(&shifts),
+        turn: smooth(&turns),
         time: stream.time.clone(),
         shift_threshold: threshold(position_noise, config.motion_floor),
         turn_threshold: threshold(rotation_noise, config.turn_floor),
@@ -157,9 +165,11 @@ impl Motion {
 
     /// Whether it changed its pose between two times beyond its noise.
     pub fn moved_between(&self, start: f64, end: f64) -> bool {
+        // Where rows are missing what was seen next stands for it.
+        let seen = |of: &[f64], i: usize| of[i..].iter().copied().find(|x| x.is_finite()).unwrap_or(f64::NAN);
         let at = |t: f64| {
             let i = self.time.partition_point(|x| *x < t).min(self.time.len() - 1);
-            (self.shift[i], self.turn[i])
+            (seen(&self.shift, i), seen(&self.turn, i))
         };
         let span = (0..self.time.len()).filter(|&i| self.time[i] >= start && self.time[i] <= end);
         let (s0, r0) = at(start);

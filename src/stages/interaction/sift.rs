@@ -9,6 +9,7 @@ use super::ceiling::ceiling_of;
 use super::clipped::clipped_of;
 use super::frozen::{frozen_of, thaw};
 use super::hum::hum_of;
+use super::stairs::evened;
 use crate::capture::{Capture, Interaction, Kind, SensorFaults, Strays};
 use crate::math::{mad_sd, median, quantile};
 
@@ -44,6 +45,8 @@ const HOPS: usize = 10;
 
 /// A capture without its strays where it has such, and what is wrong with its readings.
 pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
+    let evened = evened(capture);
+    let capture = evened.as_ref().unwrap_or(capture);
     let forces: Vec<Judged> = capture.interactions.iter().map(|i| Judged::of(&forces_of(i))).collect();
     let level = level_of(&forces);
     let hum = hum_of(capture);
@@ -59,7 +62,7 @@ pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
         frozen: frozen_of(capture),
     };
     if faults.sound() {
-        return (None, faults);
+        return (evened, faults);
     }
     let mut clean = capture.clone();
     // What stands at the end of the range may have been anything above it.
@@ -370,8 +373,7 @@ mod tests {
     fn a_knock_where_something_is_touched_is_no_stray() {
         let touched = |stray: bool| {
             let mut capture = read(0.0, 0.02, 1e-9);
-            let one = capture.interactions[0].clone();
-            capture.interactions = vec![one; 16];
+            capture.interactions = vec![capture.interactions[0].clone(); 16];
             for (k, interaction) in capture.interactions.iter_mut().enumerate() {
                 let stream = interaction.force.as_mut().expect("a force");
                 stream.time.truncate(150);
@@ -393,7 +395,6 @@ mod tests {
         let mut force = vec![Vector3::new(1.0, 0.0, 0.0); 40];
         leave_out(&mut force, &[2, 20]);
         let left: Vec<usize> = (0..40).filter(|i| force[*i].x.is_finite()).collect();
-        let expected: Vec<usize> = (8..15).chain(26..40).collect();
-        assert_eq!(left, expected);
+        assert_eq!(left, (8..15).chain(26..40).collect::<Vec<usize>>());
     }
 }

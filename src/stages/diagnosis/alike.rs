@@ -119,6 +119,12 @@ pub fn of_any_form<'a>(causes: &[&'a str]) -> Option<Vec<&'a str>> {
     })
 }
 
+/// Whether the laws of two causes differ only in form.
+pub fn are_alike(cause: &str, other: &str) -> bool {
+    let both = |class: &&[&str]| class.contains(&cause) && class.contains(&other);
+    ALIKE.iter().any(both)
+}
+
 /// Whether a cause acts at one place and nowhere else.
 pub fn acts_at_a_place(cause: &str) -> bool {
     LOCAL.contains(&cause)
@@ -140,14 +146,9 @@ pub fn of_one_form(causes: &[&str]) -> bool {
 ///
 /// In sixty blind cases of the lab every second name that was not hidden stood beside an effect of 800 nats or more.
 pub fn may_be_form<'a>(cause: &str, gain: f64, whole: bool, mut taken: impl Iterator<Item = (&'a str, f64)>) -> bool {
-    let alike = |other: &str| {
-        ALIKE
-            .iter()
-            .any(|class| class.contains(&cause) && class.contains(&other))
-    };
     let share = |other: &str| match () {
-        () if alike(other) && whole && !of_one_form(&[cause, other]) => MISSHAPEN.1,
-        () if alike(other) => MISSHAPEN.0,
+        () if are_alike(cause, other) && whole && !of_one_form(&[cause, other]) => MISSHAPEN.1,
+        () if are_alike(cause, other) => MISSHAPEN.0,
         () if EVERYWHERE.contains(&cause) && (LOCAL.contains(&other) || WIDE.contains(&other)) => {
             MISSHAPEN.2[usize::from(whole)]
         }

@@ -115,6 +115,7 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.take_one_for_two();
     climb.take_two_for_one();
     climb.drop_the_misshapen();
+    climb.look_closer_at_others();
     Some(standing(family, climb.finish()))
 }
 

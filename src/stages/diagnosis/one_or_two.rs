@@ -1,10 +1,15 @@
-//! One effect in a closer form, or two in plain ones: which of them explains more.
+//! One effect in a closer form, two in plain ones, or a closer form of another effect: which of them explains more.
 
+use super::alike::are_alike;
 use super::evidence::{leave_one_out, paired};
+use super::leftover::left_over;
 use super::named::values;
 use super::naming::{Climb, NAMED, Taken, taken_up};
 use super::revision::{EVEN, from};
 use super::screen::{Candidate, Scored, scored_at, screen};
+
+/// Share of the gain of the effect that was taken up, from which on the closer forms of another one are tried in its place.
+const NEARLY: f64 = 0.5;
 
 impl Climb<'_> {
     /// Two effects of which one alone, in a closer form, explains as much are that one: what came first fitted a part of its form.
@@ -60,6 +65,43 @@ impl Climb<'_> {
         if let Some(two) = two {
             self.full = two.fit.clone();
             self.taken = vec![first, taken_up(two.law, two.gain, &found)];
+        }
+    }
+
+    /// Where the only effect leaves something, a closer form of another whose plain one came near it may leave nothing: in plain forms the
+    /// wrong law can be the nearer one.
+    pub(super) fn look_closer_at_others(&mut self) {
+        let family = self.family;
+        let [own] = self.taken.as_slice() else { return };
+        if left_over(family, &self.plain, &self.full).is_none() {
+            return;
+        }
+        let cause = self.cause(own.law);
+        let near = |(law, objective): &(usize, f64)| {
+            let alike = self.cause(*law) != cause && are_alike(self.cause(*law), cause);
+            let gain = objective - self.plain.objective;
+            alike && gain > NEARLY * own.gain && !self.closer_than(&family.laws()[*law]).is_empty()
+        };
+        let others: Vec<usize> = self.tried.iter().filter(|t| near(t)).map(|t| t.0).collect();
+        let found = self.found(&self.plain, &screen(family, &self.plain, others.into_iter()));
+        let closer = |plainer: &Candidate| {
+            let law = &family.laws()[plainer.law];
+            let shape = &plainer.own(family)[law.amplitudes..];
+            let score = |l: usize| scored_at(family, &self.plain, (l, &from(shape, &family.laws()[l])), false);
+            let scored: Vec<Scored> = self.closer_than(law).into_iter().map(score).collect();
+            self.found(&self.plain, &scored)
+        };
+        let before = leave_one_out(family, &self.full);
+        let worth = self.full.log_evidence - self.plain.log_evidence;
+        let better = |c: &Candidate| {
+            c.gain > worth
+                && paired(&leave_one_out(family, &c.fit), &before).0 > 0.0
+                && left_over(family, &self.plain, &c.fit).is_none()
+        };
+        let all = found.iter().flat_map(closer).filter(better);
+        if let Some(best) = all.max_by(|a, b| a.gain.total_cmp(&b.gain)) {
+            self.taken = vec![taken_up(best.law, best.gain, &[])];
+            self.full = best.fit;
         }
     }
 }

@@ -99,14 +99,17 @@ pub fn noise_of(values: &[f64]) -> Option<f64> {
     if noise > DIGITS * size {
         return Some(noise);
     }
-    // Of what hops between the neighbours of a coarse grid most differences are nought.
-    let hops = values.windows(2).map(|w| (w[1] - w[0]).abs());
-    let hops = hops.filter(|d| *d > DIGITS * size);
-    let (least, most) = hops.fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d), b.max(d)));
+    // Of what hops between the neighbours of a coarse grid most differences are nought, before a step and after it; not so on a way.
+    let steps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
+    let taken = |d: &f64| d.abs() > DIGITS * size;
+    let (least, most) = steps
+        .iter()
+        .filter(|d| taken(d))
+        .fold((f64::INFINITY, 0.0_f64), |(a, b), d| (a.min(d.abs()), b.max(d.abs())));
+    let on = steps.windows(2).filter(|w| taken(&w[0]) && w[0] * w[1] > 0.0).count();
+    let alone = 2 * on < steps.iter().filter(|d| taken(d)).count();
     let squares = third.iter().map(|d| d * d).sum::<f64>() / third.len() as f64;
-    (most < 2.5 * least)
-        .then(|| (squares / 20.0).sqrt())
-        .filter(|n| *n > 0.0)
+    (alone && most < 2.5 * least).then(|| (squares / 20.0).sqrt())
 }
 
 /// Sums up to each sample of powers of time, alone and with the value.

@@ -148,6 +148,7 @@ pub fn diagnose(
     curves.left_beside(swerves(capture, &slid, &findings));
     curves.left_beside(bursts(&slid, &findings));
     curves.left_beside(knocked(capture, &mut findings));
+    curves.left_beside(super::heavier::heavier_by_and_by(capture, segmented, &findings));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);

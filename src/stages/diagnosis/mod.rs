@@ -26,6 +26,7 @@ mod frames;
 mod given;
 mod hand_delay;
 mod hand_frames;
+mod heavier;
 mod held_out;
 mod inertia;
 mod joint_lag;

@@ -41,9 +41,11 @@ pub(super) fn commonness(form: usize, weighed: bool, free: &Free) -> f64 {
     }
 }
 
-/// Whether a law of this form with these values, or its first one a standard deviation less, says no more than what is usual.
-pub(super) fn usual(form: usize, values: &[f64]) -> bool {
+/// Whether a law of this form with these values, or its first one a standard deviation less, says no more than what is usual, or what
+/// tools that were not yet moved speak against.
+pub(super) fn usual(form: usize, values: &[f64], free: &Free) -> bool {
     match form {
+        form::BIAS => free.speaks_against(values[0]),
         form::STICTION | form::STRIBECK | form::BREAKAWAY => values[0] < USUAL,
         form::LAG | form::LATE => values[0].abs() < AT_ONCE,
         _ => false,
@@ -58,7 +60,12 @@ mod tests {
 
     #[test]
     fn a_little_more_friction_at_the_start_is_usual() {
-        assert!(usual(form::STICTION, &[0.06]) && !usual(form::STICTION, &[0.5]) && !usual(form::DAMPING, &[0.06]));
+        let none = Free::default();
+        assert!(
+            usual(form::STICTION, &[0.06], &none)
+                && !usual(form::STICTION, &[0.5], &none)
+                && !usual(form::DAMPING, &[0.06], &none)
+        );
     }
 
     #[test]

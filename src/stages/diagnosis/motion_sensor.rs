@@ -25,6 +25,8 @@ pub struct Free {
     friction: f64,
     /// What all hands read along a direction in which none of them strains, N, where no finger was free.
     held: Option<Vector3<f64>>,
+    /// The most that any of them read before it set out, fingers or hands, with its noise, N; nothing of a few.
+    quiet: Option<f64>,
     /// Tools are turned, within motions or from one to the next.
     pub tool_turns: bool,
 }
@@ -36,6 +38,8 @@ const STILL: f64 = 4.0;
 const STRAINS: f64 = 8.0;
 /// Standard deviations from nought from which on it counts.
 const CLEAR: f64 = 8.0;
+/// How many times the most that any hand read a bias has to be, to be spoken against.
+const READ: f64 = 4.0;
 
 /// What hands that hold on read before they set out has in common along the direction in which it scatters least: they strain at what
 /// sticks as chance will have it, where nothing moves they do not.
@@ -74,9 +78,12 @@ impl Free {
         let tool_turns = first.is_some_and(|f| turned.any(|r| f.angle_to(r) > KEEPS));
         let mean = tares.iter().sum::<Vector3<f64>>() / tares.len().max(1) as f64;
         let largest = tares.iter().map(|t| t.norm()).fold(0.0, f64::max);
+        let hands = held_reads(capture, segmented);
+        let most = hands.iter().map(|(read, noise)| read.norm() + 2.0 * noise);
         Self {
             tare: (!tares.is_empty()).then_some((mean, largest)),
-            held: unstrained(&held_reads(capture, segmented)).filter(|_| tares.is_empty()),
+            held: unstrained(&hands).filter(|_| tares.is_empty()),
+            quiet: (tares.is_empty() && hands.len() >= HANDS).then(|| most.fold(0.0, f64::max)),
             friction,
             tool_turns,
         }
@@ -88,6 +95,7 @@ impl Free {
         Self {
             tare: Some((tare, tare.norm())),
             held: None,
+            quiet: None,
             friction,
             tool_turns: false,
         }
@@ -96,6 +104,12 @@ impl Free {
     /// They were there and read nothing.
     pub fn reads_nothing(&self) -> bool {
         self.tare.is_some_and(|(_, largest)| largest < NOTHING * self.friction)
+    }
+
+    /// Whether a force of so much, N, that the sensor reads always cannot be: none of many hands read a part of it before it set out, and
+    /// what they hold strains against no two of them alike.
+    pub fn speaks_against(&self, bias: f64) -> bool {
+        self.quiet.is_some_and(|most| bias.abs() > READ * most)
     }
 
     /// The force that all of them read, N; of hands, that along which none strains.

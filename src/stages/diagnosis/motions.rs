@@ -348,7 +348,7 @@ impl Family for Motions {
         let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW)
             && values[1].exp() < RESOLVED * (self.ends[1] - self.ends[0]);
         plays
-            || motion_bars::usual(form, values)
+            || motion_bars::usual(form, values, &self.free)
             || form == form::SATURATION_ROOM
                 && values[0].exp() < CUTS * self.usual()
                 && !self.goes_by_axes(values[0].exp())
@@ -357,7 +357,7 @@ impl Family for Motions {
     fn may_be_negligible(&self, law: usize, values: &[f64], sds: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
         let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
-        self.negligible(law, values) || less.is_some_and(|v| motion_bars::usual(form, &[v]))
+        self.negligible(law, values) || less.is_some_and(|v| motion_bars::usual(form, &[v], &self.free))
     }
 
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {

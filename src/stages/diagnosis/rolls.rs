@@ -19,8 +19,10 @@ const SCATTER: f64 = 0.05;
 /// Standard deviations from none, and log evidence over that of none, nats, from which on it is named.
 const CLEAR: f64 = 5.0;
 const EVIDENT: f64 = 5.0;
-/// Slowing that counts, as a share of what a slope of one would give: a hard ball on a hard table loses no less.
-const LEAST: f64 = 1e-3;
+/// Slowing that counts, as a share of what a slope of one would give: a hard ball on a hard table loses hardly less; and where it is told
+/// beyond doubt, in standard deviations.
+const LEAST: [f64; 2] = [1e-3, 4e-4];
+const BEYOND_DOUBT: f64 = 12.0;
 /// Largest probability that is stated.
 const SUREST: f64 = 0.98;
 /// Prior standard deviations: of a constant slowing (m/s²), of one per speed (1/s), and of a slope (rad).
@@ -125,7 +127,8 @@ fn named(ways: &[Rolled], plane: &[Vector3<f64>; 2], gravity: f64) -> Vec<Fitted
         let slowed = fitted
             .iter()
             .map(|w| (best.slowing(w, plane, gravity) * w.inert / gravity).powi(2));
-        (slowed.sum::<f64>() / fitted.len() as f64).sqrt() > LEAST
+        let least = LEAST[usize::from(best.statistic > BEYOND_DOUBT)];
+        (slowed.sum::<f64>() / fitted.len() as f64).sqrt() > least
     };
     let clear = all
         .first()

@@ -14,8 +14,9 @@ const FORETELLS: f64 = 8.0;
 /// Standard deviations of the share of the mass, and the least share, from which on it counts.
 const CLEAR: f64 = 6.0;
 const LEAST: f64 = 0.03;
-/// What it leaves of the error of a rigid body at most.
-const LEAVES: f64 = 0.85;
+/// What it leaves of the error of a rigid body at most; and where so many lifts all bear it out, by so many nats together.
+const LEAVES: [f64; 2] = [0.85, 0.95];
+const ALL: (usize, f64) = (4, 25.0);
 /// Rates beyond which an arm that gives, or a slow creep of the reading, is as good a reason, rad/s; and the largest share.
 const SWINGS: [f64; 2] = [7.0, 65.0];
 const WHOLE: f64 = 0.9;
@@ -35,8 +36,10 @@ fn clear(s: &Sloshing) -> bool {
     let borne_out = several && better >= BETTER * s.foretold.len() as f64 && s.foretold.iter().sum::<f64>() > FORETELLS;
     let (share, sd) = s.share;
     let told = s.gain > NAMED && borne_out && share > (CLEAR * sd).max(LEAST) && share < WHOLE;
-    let swings = s.damping.0 < DIES;
-    told && swings && (SWINGS[0]..SWINGS[1]).contains(&s.rate.0) && s.left[1] < LEAVES * s.left[0]
+    let swings = s.damping.0 < DIES && (SWINGS[0]..SWINGS[1]).contains(&s.rate.0);
+    let all =
+        s.foretold.len() >= ALL.0 && s.foretold.iter().all(|g| *g > 0.0) && s.foretold.iter().sum::<f64>() > ALL.1;
+    told && swings && s.left[1] < LEAVES[usize::from(all)] * s.left[0]
 }
 
 fn finding(s: Sloshing) -> Finding {
@@ -112,5 +115,13 @@ mod tests {
             ..seen()
         };
         assert!(![unlike, faint, stiff, alone, dead].iter().any(clear));
+        // Beside much noise only many lifts bear it out.
+        let noisy = |foretold: &[f64]| Sloshing {
+            left: [0.05, 0.046],
+            foretold: foretold.to_vec(),
+            ..seen()
+        };
+        assert!(clear(&noisy(&[2.0, 11.0, 15.0, 11.0])) && !clear(&noisy(&[20.0, 30.0])));
+        assert!(!clear(&noisy(&[2.0, 30.0, -1.0, 11.0])));
     }
 }

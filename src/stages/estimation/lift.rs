@@ -26,7 +26,7 @@ pub(super) struct Aloft {
     pub end: f64,
 }
 
-fn height(interaction: &Interaction, up: &Vector3<f64>, track: &str) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn height(interaction: &Interaction, up: &Vector3<f64>, track: &str) -> (Vec<f64>, Vec<f64>) {
     let stream = interaction.tracks.get(track).or(interaction.tool_path.as_ref());
     stream.map_or((Vec::new(), Vec::new()), |s| {
         (s.time.clone(), s.position.iter().map(|p| p.coords.dot(up)).collect())

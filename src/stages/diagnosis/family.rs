@@ -291,6 +291,11 @@ pub trait Family: Sync {
         None
     }
 
+    /// What speaks against a law with these values that fits what was read: then something is wrong that has no name.
+    fn refuted(&self, _law: usize, _values: &[f64]) -> Option<Evidence> {
+        None
+    }
+
     /// Share by which all amplitudes may be off together.
     fn common_doubt(&self) -> f64 {
         0.0

@@ -49,6 +49,7 @@ mod motion_bars;
 mod motion_blur;
 mod motion_closes;
 mod motion_faced;
+mod motion_free;
 mod motion_history;
 mod motion_laws;
 mod motion_led;

@@ -1,9 +1,10 @@
 //! What is known beforehand of the laws of a joint: how much evidence one has to have before it is named, how common it is beside
 //! others that do as well, and what is too usual to be a finding.
 
+use super::motion_free::Free;
 use super::motion_laws::form;
-use super::motion_sensor::Free;
 use super::naming::NAMED;
+use crate::twin::Evidence;
 
 /// Log evidence over the plain model, nats, from which on a play is named, and one that frees the joint of nearly all friction.
 const PLAY: [f64; 2] = [25.0, 15.0];
@@ -41,11 +42,26 @@ pub(super) fn commonness(form: usize, weighed: bool, free: &Free) -> f64 {
     }
 }
 
-/// Whether a law of this form with these values, or its first one a standard deviation less, says no more than what is usual, or what
-/// tools that were not yet moved speak against.
-pub(super) fn usual(form: usize, values: &[f64], free: &Free) -> bool {
+/// What speaks against a law that fits: a force that is always read, and that none of many hands read before it moved. What is the same
+/// both ways without it is friction of another size each way, or a load of one size that nothing here has a name for.
+pub(super) fn refuted(form: usize, values: &[f64], free: &Free) -> Option<Evidence> {
+    let against = form == form::BIAS && free.speaks_against(values[0]);
+    against.then(|| Evidence {
+        residual: "load of the joint, one way beside the other".into(),
+        test: "what hands read before they set out".into(),
+        statistic: values[0].abs(),
+        p_value: 0.0,
+        words: format!(
+            "one way it takes {:.3} N more than the other, wherever it is, and no hand that holds still reads a part of it: friction that \
+             differs with the direction, or a load that only motion brings",
+            2.0 * values[0].abs()
+        ),
+    })
+}
+
+/// Whether a law of this form with these values, or its first one a standard deviation less, says no more than what is usual.
+pub(super) fn usual(form: usize, values: &[f64]) -> bool {
     match form {
-        form::BIAS => free.speaks_against(values[0]),
         form::STICTION | form::STRIBECK | form::BREAKAWAY => values[0] < USUAL,
         form::LAG | form::LATE => values[0].abs() < AT_ONCE,
         _ => false,
@@ -60,12 +76,15 @@ mod tests {
 
     #[test]
     fn a_little_more_friction_at_the_start_is_usual() {
-        let none = Free::default();
-        assert!(
-            usual(form::STICTION, &[0.06], &none)
-                && !usual(form::STICTION, &[0.5], &none)
-                && !usual(form::DAMPING, &[0.06], &none)
-        );
+        assert!(usual(form::STICTION, &[0.06]) && !usual(form::STICTION, &[0.5]) && !usual(form::DAMPING, &[0.06]));
+    }
+
+    #[test]
+    fn a_force_that_is_always_read_is_read_by_a_hand_that_holds_still() {
+        let none = Free::quiet(0.02);
+        assert!(refuted(form::BIAS, &[0.25], &none).is_some() && refuted(form::BIAS, &[0.05], &none).is_none());
+        assert!(refuted(form::SPRING, &[0.25], &none).is_none());
+        assert!(refuted(form::BIAS, &[0.25], &Free::default()).is_none());
     }
 
     #[test]

@@ -15,17 +15,18 @@ use super::levels::{Level, Number};
 use super::motion_bars;
 use super::motion_blur::{Open, gains, inertia_of};
 use super::motion_faced::{both_ways, chord};
+use super::motion_free::Free;
 use super::motion_history::{Turning, bonded, loose};
 use super::motion_laws::{Moved, TOLD, base_of, effort, form, held, motion_laws, open_at_rest, set_in, sliding};
 use super::motion_reads::{BIN, CUTS, Read, largest_component, read_all, scatter_of};
-use super::motion_sensor::{Free, lagging, late, read};
+use super::motion_sensor::{lagging, late, read};
 use super::motion_stops::{Stop, mark_stops, weighed};
 use super::motion_touches::Handle;
 use super::shows_in::{ACCELERATION, BACK, DIRECTION, TIME};
 use crate::capture::{Capture, Segmented};
 use crate::math::{median, quantile};
 use crate::stages::estimation::JointLoad;
-use crate::twin::{Joint, JointKind, Model};
+use crate::twin::{Evidence, Joint, JointKind, Model};
 
 /// Share of the load that the arm of the force, the same in all motions, may be off by.
 pub(super) const EVEN: f64 = 0.015;
@@ -40,8 +41,7 @@ const CUT: f64 = 0.7;
 /// Standard deviations by which what is read of a joint that stands may be above its friction.
 const HELD: f64 = 2.0;
 /// Fewest samples that move, and fewest motions.
-const SAMPLES: usize = 20;
-const MOTIONS: usize = 3;
+const FEWEST: (usize, usize) = (20, 3);
 
 /// How large things are in these motions.
 #[derive(Clone, Copy, Debug)]
@@ -124,7 +124,7 @@ impl Motions {
         let slow = SLOW * fast;
         let moving: Vec<&JointLoad> = loads().filter(|l| l.speed.abs() > slow).collect();
         let turns = joint.kind == JointKind::Revolute;
-        if moving.len() < SAMPLES || reads.len() < MOTIONS || fast < if turns { 0.02 } else { 2e-3 } {
+        if moving.len() < FEWEST.0 || reads.len() < FEWEST.1 || fast < if turns { 0.02 } else { 2e-3 } {
             return None;
         }
         let sizes: Vec<f64> = moving.iter().map(|l| l.load.abs()).collect();
@@ -181,8 +181,7 @@ impl Motions {
         for read in reads {
             out.add(read);
         }
-        let spans = reads.iter().map(|r| (r.reach(), r.jitter));
-        mark_stops(&mut out.moments, spans);
+        mark_stops(&mut out.moments, reads.iter().map(|r| (r.reach(), r.jitter)));
         out.judge_blows(reads);
         let gains: Vec<f64> = out.moments.iter().flatten().map(|m| m.gain.abs()).collect();
         let gain = quantile(&gains, 0.9)?.max(1e-6);
@@ -254,8 +253,8 @@ impl Motions {
                 stop: Stop::None,
             });
         }
-        let starts = (0..l.len()).map(|i| i == 0 || l[i].time - l[i - 1].time > 1.5 * BIN);
-        let starts: Vec<bool> = starts.collect();
+        let anew = |i: usize| i == 0 || l[i].time - l[i - 1].time > 1.5 * BIN;
+        let starts: Vec<bool> = (0..l.len()).map(anew).collect();
         let change = (0..l.len()).map(|i| if starts[i] { 0.0 } else { l[i].load - l[i - 1].load });
         self.sheet.groups.push(Group {
             name: read.interaction.clone(),
@@ -302,7 +301,7 @@ impl Family for Motions {
             smooth + m.stop.lets(rubs, left)
         };
         let moments = &self.moments[group];
-        let exerted = moments.iter().zip(loose(moments, active)).map(one).collect();
+        let exerted: Vec<f64> = moments.iter().zip(loose(moments, active)).map(one).collect();
         let told = lagging(moments, exerted, active);
         let read = |(m, load): (&Moved, f64)| read(&m.later(delay), load, active) + scatter[1];
         moments.iter().zip(told).map(read).collect()
@@ -311,10 +310,9 @@ impl Family for Motions {
     /// What the twin's own numbers have a place for was told apart from friction before.
     fn levels(&self, fit: &Fit) -> Vec<Level> {
         let told = fit.laws.iter().all(|l| TOLD.contains(&self.sheet.laws[*l].form));
-        let level = Level::of(fit, 0, &self.joint, Number::JointFriction);
         let against = self.told.filter(|_| !told).map(|f| (self.friction / f).ln());
-        let beside = |level: Level| Some(level.shifted(against?));
-        level.and_then(beside).into_iter().collect()
+        let level = Level::of(fit, 0, &self.joint, Number::JointFriction);
+        Vec::from_iter(level.zip(against).map(|(level, by)| level.shifted(by)))
     }
 
     fn imagined(&self) -> Option<Imagined> {
@@ -329,8 +327,7 @@ impl Family for Motions {
     fn afresh(&self, law: usize) -> Vec<f64> {
         let cut = self.sheet.laws[law].form == form::SATURATION_ROOM;
         let more = |k: usize| if cut && k == 0 { CUT } else { 0.0 };
-        let base = self.base().iter().enumerate();
-        base.map(|(k, p)| p.centre + more(k)).collect()
+        (self.base().iter().enumerate().map(|(k, p)| p.centre + more(k))).collect()
     }
 
     fn passes_all_places(&self) -> bool {
@@ -341,14 +338,13 @@ impl Family for Motions {
         motion_bars::commonness(self.sheet.laws[law].form, self.weighed, &self.free)
     }
 
-    /// A smaller play is like the start of any motion, where smoothed speeds run ahead; a range that ends where the force usually is, is
-    /// friction.
+    /// A small play is like the start of any motion; a range that ends where the force usually is, is friction.
     fn negligible(&self, law: usize, values: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
         let plays = matches!(form, form::BACKLASH | form::BACKLASH_ANEW)
             && values[1].exp() < RESOLVED * (self.ends[1] - self.ends[0]);
         plays
-            || motion_bars::usual(form, values, &self.free)
+            || motion_bars::usual(form, values)
             || form == form::SATURATION_ROOM
                 && values[0].exp() < CUTS * self.usual()
                 && !self.goes_by_axes(values[0].exp())
@@ -357,7 +353,11 @@ impl Family for Motions {
     fn may_be_negligible(&self, law: usize, values: &[f64], sds: &[f64]) -> bool {
         let form = self.sheet.laws[law].form;
         let less = values.first().zip(sds.first()).map(|(v, sd)| v - sd);
-        self.negligible(law, values) || less.is_some_and(|v| motion_bars::usual(form, &[v], &self.free))
+        self.negligible(law, values) || less.is_some_and(|v| motion_bars::usual(form, &[v]))
+    }
+
+    fn refuted(&self, law: usize, values: &[f64]) -> Option<Evidence> {
+        motion_bars::refuted(self.sheet.laws[law].form, values, &self.free)
     }
 
     fn named_from(&self, law: usize, values: &[f64]) -> f64 {

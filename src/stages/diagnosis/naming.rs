@@ -116,7 +116,12 @@ pub fn climb(family: &dyn Family, config: &Config) -> Option<Ladder> {
     climb.take_two_for_one();
     climb.drop_the_misshapen();
     climb.look_closer_at_others();
-    Some(standing(family, climb.finish()))
+    let refuted = climb.drop_the_refuted();
+    let ladder = standing(family, climb.finish());
+    Some(Ladder {
+        left: refuted.or(ladder.left),
+        ..ladder
+    })
 }
 
 /// What the search has come to.

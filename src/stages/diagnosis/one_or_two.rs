@@ -1,4 +1,5 @@
-//! One effect in a closer form, two in plain ones, or a closer form of another effect: which of them explains more.
+//! One effect in a closer form, two in plain ones, or a closer form of another effect: which of them explains more. And what of it
+//! something else speaks against.
 
 use super::alike::are_alike;
 use super::evidence::{leave_one_out, paired};
@@ -7,6 +8,7 @@ use super::named::values;
 use super::naming::{Climb, NAMED, Taken, taken_up};
 use super::revision::{EVEN, from};
 use super::screen::{Candidate, Scored, scored_at, screen};
+use crate::twin::Evidence;
 
 /// Share of the gain of the effect that was taken up, from which on the closer forms of another one are tried in its place.
 const NEARLY: f64 = 0.5;
@@ -103,5 +105,24 @@ impl Climb<'_> {
             self.taken = vec![taken_up(best.law, best.gain, &[])];
             self.full = best.fit;
         }
+    }
+
+    /// Effects that something else speaks against are none, however well they fit; and what does.
+    pub(super) fn drop_the_refuted(&mut self) -> Option<Evidence> {
+        let own = |t: &Taken| {
+            values(self.family, &self.full, t.law)
+                .iter()
+                .map(|v| v.0)
+                .collect::<Vec<f64>>()
+        };
+        let against = |t: &Taken| self.family.refuted(t.law, &own(t));
+        let (k, told) = self
+            .taken
+            .iter()
+            .enumerate()
+            .find_map(|(k, t)| Some((k, against(t)?)))?;
+        self.full = self.smaller(k);
+        self.taken.remove(k);
+        Some(told)
     }
 }

@@ -101,7 +101,7 @@ impl Climb<'_> {
     }
 
     /// The model without one of its effects.
-    fn smaller(&self, k: usize) -> Fit {
+    pub(super) fn smaller(&self, k: usize) -> Fit {
         let others = self.taken.iter().enumerate().filter(|(i, _)| *i != k);
         let laws: Vec<usize> = others.map(|(_, t)| t.law).collect();
         let start = without(self.family, &self.full, self.taken[k].law);

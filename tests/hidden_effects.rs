@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use nalgebra::Vector3;
 use palpate::base::{Notices, Progress, Seed, rng_for};
 use palpate::capture::Capture;
 use palpate::lab::{ActionSpec, Scene, hide_by_word, scene_named, synthesise};
@@ -95,6 +96,51 @@ fn paths_that_are_read_badly_and_readings_that_are_few_make_no_cause() {
         assert_eq!(run.diagnosis.verdict, Verdict::Adequate);
     }
     assert_eq!(named(&read("preload:2", &|_| ())), ["preload"]);
+}
+
+/// Paths in steps of a tenth of a millimetre, as a file of four decimals has them, and one row in ten missing, with a gap in every track.
+#[test]
+fn few_decimals_and_missing_rows_make_no_cause_and_hide_none() {
+    let worse = |capture: &Capture| {
+        let mut out = capture.clone();
+        let missing = Vector3::repeat(f64::NAN);
+        for touch in &mut out.interactions {
+            for place in touch.tool_path.iter_mut().flat_map(|p| &mut p.position) {
+                *place = place.map(|x| (x * 1e4).round() * 1e-4);
+            }
+            for (i, force) in touch.force.iter_mut().flat_map(|f| &mut f.force).enumerate() {
+                if i % 10 == 3 {
+                    *force = missing;
+                }
+            }
+            for track in touch.tracks.values_mut() {
+                let middle = track.len() / 2;
+                for i in 0..track.len() {
+                    if i % 10 == 7 || (middle..middle + 15).contains(&i) {
+                        track.position[i] = missing.into();
+                        track.rotation[i] = None;
+                    }
+                }
+            }
+        }
+        out
+    };
+    for (scene, hidden, verdict) in [
+        ("probe-presses", "none", Verdict::Adequate),
+        ("probe-hinge", "none", Verdict::Adequate),
+        ("probe-presses", "guide-friction:2", Verdict::Explained),
+        ("probe-hinge", "detent:2", Verdict::Explained),
+    ] {
+        let run = build(
+            &worse(&captured(scene, hidden, 6)),
+            &Options::default(),
+            &Progress::silent(),
+        )
+        .expect("a twin");
+        let cause = hidden.split(':').next().filter(|c| *c != "none");
+        assert_eq!(named(&run), Vec::from_iter(cause), "{scene}");
+        assert_eq!(run.diagnosis.verdict, verdict, "{scene}");
+    }
 }
 
 /// A model that carries what was found, with numbers beside it, is right of the capture that it was made from.

@@ -70,7 +70,25 @@ pub(super) fn closer_laws(pushes: &Pushes) -> Vec<Law> {
         .chain(ovals)
         .chain([weakening, fastened(middle, sd), near(middle)])
         .chain(settling())
+        .chain([warming()])
         .collect()
+}
+
+/// A sensor that warms up: it creeps in its own frame, and settles.
+fn warming() -> Law {
+    let d = |name| Parameter::amplitude(name, "N/s", 0.2 / 60.0);
+    Law {
+        extends: &[form::DRIFT_ALONG, form::DRIFT_WORLD],
+        ..law(
+            "force-drift",
+            "sensor",
+            form::DRIFT_SETTLING,
+            vec![d("dx"), d("dy"), d("dz")],
+            vec![Parameter::nought_before(), Parameter::scale("settles", "s", 60.0, 0.8)],
+            [20.0, 60.0, 180.0].map(|most: f64| vec![0.0, most.ln()]).to_vec(),
+            "the reading without touching creeps with time, and settles",
+        )
+    }
 }
 
 /// Wear and heat that come to an end.

@@ -56,6 +56,7 @@ pub mod form {
     pub const WEAR_SETTLING: usize = 48;
     pub const HEATING_SETTLING: usize = 49;
     pub const TETHER_NEAR: usize = 50;
+    pub const DRIFT_SETTLING: usize = 51;
 }
 
 /// Multiplies friction; `load` is the weight, N.
@@ -294,6 +295,7 @@ pub fn offset(active: &Active, s: &State, along: &Vector2<f64>, plane: &[Vector3
         form::BIAS_HELD => Rotation2::new(s.twist) * Vector2::new(v[0], v[1]),
         form::DRIFT_ALONG => along * (v[0] * (s.time + v[1])),
         form::DRIFT_WORLD => Vector2::new(v[0], v[1]) * (s.time + v[2]),
+        form::DRIFT_SETTLING => flat(&(s.tool * Vector3::new(v[0], v[1], v[2]))) * settling(s.time + v[3], v[4].exp()),
         _ => Vector2::zeros(),
     };
 }

@@ -60,7 +60,9 @@ pub fn turned_displacement(
     let finite: Vec<usize> = (0..points.len())
         .filter(|&i| points[i].coords.iter().all(|x| x.is_finite()))
         .collect();
-    let still: Vec<usize> = finite.iter().copied().filter(|&i| turn[i].angle() < 2e-3).collect();
+    // Before it turns: a support that is turned back is level again with all that slid somewhere else.
+    let level = |i: &usize| turn[*i].angle() < 2e-3;
+    let still: Vec<usize> = finite.iter().copied().take_while(level).collect();
     let start_rows = if still.len() >= 3 { &still[..] } else { finite.get(..3)? };
     let axis = |k: usize| median(&start_rows.iter().map(|&i| points[i][k]).collect::<Vec<_>>());
     let start = Point3::new(axis(0)?, axis(1)?, axis(2)?);
@@ -115,5 +117,21 @@ mod tests {
             .expect("it was tilted");
         assert!((down - Vector3::y()).norm() < 1e-9, "{down}");
         assert!(turned.displacement.iter().all(|d| d.norm() < 1e-4));
+    }
+
+    #[test]
+    fn what_slid_before_the_plane_was_turned_back_did_not_begin_where_it_ended() {
+        let time: Vec<f64> = (0..120).map(|i| 0.1 * f64::from(i)).collect();
+        let tilt = |i: i32| 0.3 * (1.0 - (f64::from(i) - 35.0).abs() / 25.0).max(0.0);
+        let slid = |i: i32| 0.3 * ((f64::from(i) - 30.0) / 15.0).clamp(0.0, 1.0);
+        let turn = |i: i32| UnitQuaternion::from_scaled_axis(Vector3::x() * -tilt(i));
+        let normals: Vec<Vector3<f64>> = (0..120).map(|i| turn(i) * Vector3::z()).collect();
+        let hinge = Point3::new(0.4, -0.2, 0.7);
+        let points: Vec<Point3<f64>> = (0..120)
+            .map(|i| hinge + turn(i) * Vector3::new(0.02, slid(i), 0.02))
+            .collect();
+        let turned = turned_displacement(&time, &normals, &time, &points, 1e-4, &hinge).expect("all is seen");
+        assert!(turned.displacement[0].norm() < 1e-3, "{}", turned.displacement[0]);
+        assert!((turned.displacement[119].y - 0.3).abs() < 2e-3, "{}", turned.displacement[119]);
     }
 }

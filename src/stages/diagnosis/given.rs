@@ -14,8 +14,8 @@ const LEAST: f64 = 0.02;
 const GRAVITY: f64 = 0.05;
 /// One push in which the finger seems to slide is none.
 const FEWEST: usize = 2;
-/// Friction of fingers that is usual: polished steel or PTFE to soft rubber, and what is taken where nothing is known.
-const FINGERS: [f64; 2] = [0.12, 1.2];
+/// Friction of fingers that is usual: PTFE, a wet or a greased ball to soft rubber, and what is taken where nothing is known.
+const FINGERS: [f64; 2] = [0.04, 1.2];
 const FINGER: f64 = 0.4;
 
 /// That the sensor reads stated weights too large or too small.

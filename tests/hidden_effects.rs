@@ -105,8 +105,14 @@ fn few_decimals_and_missing_rows_make_no_cause_and_hide_none() {
         let mut out = capture.clone();
         let missing = Vector3::repeat(f64::NAN);
         for touch in &mut out.interactions {
-            for place in touch.tool_path.iter_mut().flat_map(|p| &mut p.position) {
-                *place = place.map(|x| (x * 1e4).round() * 1e-4);
+            if let Some(path) = &mut touch.tool_path {
+                for i in 0..path.len() {
+                    path.position[i] = path.position[i].map(|x| (x * 1e4).round() * 1e-4);
+                    if i % 11 == 5 {
+                        path.position[i] = missing.into();
+                        path.rotation[i] = None;
+                    }
+                }
             }
             for (i, force) in touch.force.iter_mut().flat_map(|f| &mut f.force).enumerate() {
                 if i % 10 == 3 {

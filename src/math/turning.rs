@@ -132,6 +132,10 @@ mod tests {
             .collect();
         let turned = turned_displacement(&time, &normals, &time, &points, 1e-4, &hinge).expect("all is seen");
         assert!(turned.displacement[0].norm() < 1e-3, "{}", turned.displacement[0]);
-        assert!((turned.displacement[119].y - 0.3).abs() < 2e-3, "{}", turned.displacement[119]);
+        assert!(
+            (turned.displacement[119].y - 0.3).abs() < 2e-3,
+            "{}",
+            turned.displacement[119]
+        );
     }
 }

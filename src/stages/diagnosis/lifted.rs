@@ -80,7 +80,7 @@ pub fn lift(scene: &Scene, action: &Action) -> Outcome {
     let up = support_normal(scene.capture, scene.model);
     let (time, force, noise) = scene.binned_force(0.01).ok_or("there is no force")?;
     let height: Vec<f64> = action.tool.position.iter().map(|p| p.coords.dot(&up)).collect();
-    let ground = median(&height[..height.len().div_ceil(10)]).unwrap_or(0.0);
+    let ground = ground_of(&height);
     let raised: Vec<f64> = time
         .iter()
         .map(|t| interpolate(&action.tool.time, &height, *t).unwrap_or(f64::NAN) - ground)
@@ -127,6 +127,20 @@ pub fn lift(scene: &Scene, action: &Action) -> Outcome {
         paths: raised_paths(scene, action, (&height, ground), &along),
         ..Predicted::default()
     })
+}
+
+/// Heights above the lowest that are those of the tool before it rises, m.
+const NEAR: f64 = 1e-3;
+
+/// The height from which a tool raises what it holds: its lowest before it is highest, however soon that is.
+fn ground_of(height: &[f64]) -> f64 {
+    let seen = |of: &[f64]| -> Vec<f64> { of.iter().copied().filter(|h| h.is_finite()).collect() };
+    let top = (0..height.len()).filter(|k| height[*k].is_finite());
+    let top = top.max_by(|a, b| height[*a].total_cmp(&height[*b]));
+    let before = seen(&height[..top.map_or(0, |top| top + 1)]);
+    let lowest = before.iter().copied().fold(f64::INFINITY, f64::min);
+    let near: Vec<f64> = before.into_iter().filter(|h| *h < lowest + NEAR).collect();
+    median(&near).unwrap_or(0.0)
 }
 
 /// Half the span over which a tool's acceleration is taken, s, and the acceleration from which it starts or stops, m/s².
@@ -241,6 +255,22 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
+
+    #[test]
+    fn a_lift_begins_where_the_tool_is_lowest_however_soon_it_is_raised() {
+        let soon: Vec<f64> = (0..1000)
+            .map(|i| 0.7 + 0.08 * (f64::from(i - 20) / 60.0).clamp(0.0, 1.0))
+            .collect();
+        assert!((ground_of(&soon) - 0.7).abs() < 1e-6, "{}", ground_of(&soon));
+        // It comes down first, to grip.
+        let comes: Vec<f64> = (0..1000)
+            .map(|i| {
+                0.7 + 0.05 * (1.0 - f64::from(i) / 100.0).max(0.0) + 0.08 * (f64::from(i - 300) / 60.0).clamp(0.0, 1.0)
+            })
+            .collect();
+        assert!((ground_of(&comes) - 0.7).abs() < 2e-4, "{}", ground_of(&comes));
+        assert!(ground_of(&[f64::NAN]) == 0.0);
+    }
 
     #[test]
     fn what_hangs_beside_the_wrist_is_swung_by_its_turn() {

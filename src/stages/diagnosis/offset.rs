@@ -90,8 +90,9 @@ struct Offset {
     from: Vec<String>,
     /// Pushes told it, as a part of the friction that they were fitted with.
     pushed: bool,
-    /// What the shape leaves open of its centroid, m.
+    /// What the shape leaves open of its centroid, m; and whether it was given.
     open: f64,
+    given: bool,
 }
 
 impl Offset {
@@ -119,6 +120,7 @@ impl Offset {
             from: com.from.clone(),
             pushed: com.method.starts_with(PUSHED),
             open,
+            given: shape == GIVEN,
         })
     }
 
@@ -143,11 +145,13 @@ impl Offset {
         let sd = read.map(|s| s.hypot(self.open));
         let within = |doubt: f64| (0..3).filter(move |k| read[*k] < doubt);
         let misfit = |doubt: f64| -> f64 { within(doubt).map(|k| (away[k] / sd[k]).powi(2)).sum() };
-        if self.chi_squared > EACH && within(TOLD).count() == 2 && misfit(TOLD) > EACH && within(TOLD).all(agrees) {
-            return Some(self.clone());
-        }
+        // A reconstructed shape may itself be off by what both tell.
+        let both = || {
+            let told = self.given && within(TOLD).count() >= 2 && within(TOLD).all(agrees);
+            (told && self.chi_squared > EACH && misfit(TOLD) > EACH).then(|| self.clone())
+        };
         if within(SHARP).count() < 2 {
-            return None;
+            return both();
         }
         let chi_squared = misfit(SHARP);
         let out = Self {
@@ -157,7 +161,9 @@ impl Offset {
             from,
             ..self.clone()
         };
-        (out.is_clear() && within(SHARP).all(agrees)).then_some(out)
+        (out.is_clear() && within(SHARP).all(agrees))
+            .then_some(out)
+            .or_else(both)
     }
 
     fn take_away(&self, model: &mut Model, name: &str) {
@@ -202,7 +208,7 @@ impl Offset {
             priors: BTreeMap::new(),
             cause: "com-offset".into(),
             place: name.to_owned(),
-            probability: 0.98,
+            probability: if self.is_clear() { 0.98 } else { 0.9 },
             alternatives: Vec::new(),
             parameters,
             evidence: vec![evidence],

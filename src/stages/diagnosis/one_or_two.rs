@@ -3,6 +3,7 @@
 
 use super::alike::are_alike;
 use super::evidence::{leave_one_out, paired};
+use super::fit::Fit;
 use super::leftover::left_over;
 use super::named::values;
 use super::naming::{Climb, NAMED, Taken, taken_up};
@@ -96,7 +97,8 @@ impl Climb<'_> {
         let before = leave_one_out(family, &self.full);
         let worth = self.full.log_evidence - self.plain.log_evidence;
         let better = |c: &Candidate| {
-            c.gain > worth
+            c.gain > worth + NAMED
+                && c.stands()
                 && paired(&leave_one_out(family, &c.fit), &before).0 > 0.0
                 && left_over(family, &self.plain, &c.fit).is_none()
         };
@@ -107,22 +109,29 @@ impl Climb<'_> {
         }
     }
 
-    /// Effects that something else speaks against are none, however well they fit; and what does.
+    /// An effect that something else speaks against is none, however well it fits: a rival of about the same evidence takes its place, or
+    /// nothing has a name; then what speaks against it.
     pub(super) fn drop_the_refuted(&mut self) -> Option<Evidence> {
-        let own = |t: &Taken| {
-            values(self.family, &self.full, t.law)
-                .iter()
-                .map(|v| v.0)
-                .collect::<Vec<f64>>()
+        let against = |law: usize, fit: &Fit| {
+            let own: Vec<f64> = values(self.family, fit, law).iter().map(|v| v.0).collect();
+            self.family.refuted(law, &own)
         };
-        let against = |t: &Taken| self.family.refuted(t.law, &own(t));
-        let (k, told) = self
-            .taken
-            .iter()
-            .enumerate()
-            .find_map(|(k, t)| Some((k, against(t)?)))?;
-        self.full = self.smaller(k);
-        self.taken.remove(k);
-        Some(told)
+        let each = self.taken.iter().enumerate();
+        let (k, told) = each
+            .into_iter()
+            .find_map(|(k, t)| Some((k, against(t.law, &self.full)?)))?;
+        let rivals = self.taken[k].rivals.iter().filter(|r| against(r.law, &r.fit).is_none());
+        let Some(best) = rivals.max_by(|a, b| a.gain.total_cmp(&b.gain)).cloned() else {
+            self.full = self.smaller(k);
+            self.taken.remove(k);
+            return Some(told);
+        };
+        let refuted = self.taken[k].law;
+        let own = &mut self.taken[k];
+        own.rivals
+            .retain(|r| r.law != best.law && self.family.laws()[r.law].form != self.family.laws()[refuted].form);
+        (own.law, own.gain) = (best.law, best.gain);
+        self.full = best.fit;
+        None
     }
 }

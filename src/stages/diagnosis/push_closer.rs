@@ -83,10 +83,10 @@ fn warming() -> Law {
             "force-drift",
             "sensor",
             form::DRIFT_SETTLING,
-            vec![d("dx"), d("dy"), d("dz")],
+            vec![d("d_tool_x"), d("d_tool_y"), d("d_tool_z")],
             vec![Parameter::nought_before(), Parameter::scale("settles", "s", 60.0, 0.8)],
             [20.0, 60.0, 180.0].map(|most: f64| vec![0.0, most.ln()]).to_vec(),
-            "the reading without touching creeps with time, and settles",
+            "the reading without touching creeps with time in the tool's own frame, and settles",
         )
     }
 }

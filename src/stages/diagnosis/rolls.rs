@@ -127,7 +127,8 @@ fn named(ways: &[Rolled], plane: &[Vector3<f64>; 2], gravity: f64) -> Vec<Fitted
         let slowed = fitted
             .iter()
             .map(|w| (best.slowing(w, plane, gravity) * w.inert / gravity).powi(2));
-        let least = LEAST[usize::from(best.statistic > BEYOND_DOUBT)];
+        let sure = best.slows == Slows::Rolling && best.statistic > BEYOND_DOUBT;
+        let least = LEAST[usize::from(sure)];
         (slowed.sum::<f64>() / fitted.len() as f64).sqrt() > least
     };
     let clear = all

@@ -17,8 +17,10 @@ const STILL: f64 = 0.4;
 const ALIKE: f64 = 1.5;
 
 /// How the weight of what was held changed while it was.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Heavier {
+    /// What was held.
+    pub link: String,
     /// N/s, with its standard deviation.
     pub rate: (f64, f64),
     /// Seconds for which it was told.
@@ -35,18 +37,19 @@ pub fn heavier(interaction: &Interaction, segmented: &Segmented, gravity: &Vecto
     let up = -gravity.try_normalize(1e-9)?;
     let stretch = aloft(interaction, segmented, &up, target)?;
     let (time, height) = height(interaction, &up, target);
+    let tare = segmented.force_tare.unwrap_or_default();
     let carried = |i: usize| {
         let t = stream.time[i];
         let a = local_quadratic(&time, &height, t, SPAN)?.acceleration;
-        let weight = stream.force[i].dot(&up) / (1.0 + a / g);
+        let weight = (stream.force[i] - tare).dot(&up) / (1.0 + a / g);
         (a.abs() < STILL && weight.is_finite()).then_some((t, weight))
     };
     let within = (0..stream.time.len()).filter(|i| (stretch.start..=stretch.end).contains(&stream.time[*i]));
     let rows: Vec<(f64, f64)> = within.filter_map(carried).collect();
-    told(&rows)
+    told(target, &rows)
 }
 
-fn told(rows: &[(f64, f64)]) -> Option<Heavier> {
+fn told(link: &str, rows: &[(f64, f64)]) -> Option<Heavier> {
     let begin = rows.first()?.0;
     let block = |r: &(f64, f64)| ((r.0 - begin) / BLOCK) as usize;
     let means: Vec<(f64, f64)> = rows
@@ -74,6 +77,7 @@ fn told(rows: &[(f64, f64)]) -> Option<Heavier> {
         .sum();
     let sd = ALIKE * (left / (n - 2.0) / spread).sqrt();
     Some(Heavier {
+        link: link.to_owned(),
         rate: (rate, sd),
         lasted: means[means.len() - 1].0 - means[0].0,
         weight,
@@ -91,10 +95,10 @@ mod tests {
             let one = |i: u32| (0.01 * f64::from(i), 4.0 + rate * 0.01 * f64::from(i) + wobble(i));
             (0..300).map(one).collect()
         };
-        let leaks = told(&held(-0.1)).expect("a rate");
+        let leaks = told("bag", &held(-0.1)).expect("a rate");
         assert!((leaks.rate.0 + 0.1).abs() < 0.01 && leaks.rate.1 < 0.01, "{leaks:?}");
-        let sound = told(&held(0.0)).expect("a rate");
+        let sound = told("bag", &held(0.0)).expect("a rate");
         assert!(sound.rate.0.abs() < 4.0 * sound.rate.1.max(1e-3), "{sound:?}");
-        assert!(told(&held(0.0)[..100]).is_none());
+        assert!(told("bag", &held(0.0)[..100]).is_none());
     }
 }

@@ -101,7 +101,13 @@ pub(super) fn measure_motion(stream: &PoseStream, rest_until: f64, config: &Conf
     };
     let position_noise = second_difference_noise(&shifts);
     let rotation_noise = second_difference_noise(&turns);
-    let rate = (n.max(2) - 1) as f64 / (stream.time[n - 1] - stream.time[0]).max(1e-9);
+    // As often as it is seen where it is seen: a tracker may be written down more often than it reads.
+    let seen: Vec<f64> = (0..n)
+        .filter(|i| finite(&stream.position[*i]))
+        .map(|i| stream.time[i])
+        .collect();
+    let apart = median(&seen.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>());
+    let rate = 1.0 / apart.unwrap_or(f64::INFINITY).max(1e-9);
     let half = if stream.is_snapshot_pair() {
         0.0
     } else {
@@ -165,8 +171,17 @@ impl Motion {
 
     /// Whether it changed its pose between two times beyond its noise.
     pub fn moved_between(&self, start: f64, end: f64) -> bool {
-        // Where rows are missing what was seen next stands for it.
-        let seen = |of: &[f64], i: usize| of[i..].iter().copied().find(|x| x.is_finite()).unwrap_or(f64::NAN);
+        // Where rows are missing what was seen last stands for it, or next where nothing was before.
+        let seen = |of: &[f64], i: usize| {
+            let known = |x: &f64| x.is_finite();
+            let last = || of[..i].iter().rev().copied().find(known);
+            let next = || of[i..].iter().copied().find(known);
+            Some(of[i])
+                .filter(known)
+                .or_else(last)
+                .or_else(next)
+                .unwrap_or(f64::NAN)
+        };
         let at = |t: f64| {
             let i = self.time.partition_point(|x| *x < t).min(self.time.len() - 1);
             (seen(&self.shift, i), seen(&self.turn, i))

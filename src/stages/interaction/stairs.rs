@@ -1,8 +1,6 @@
 //! Paths that were written down with few digits, or read by an encoder of few lines: where a coordinate goes in steps that its noise
 //! does not fill, each step stands for all that rounds to it, and what is told exactly is when it goes over from one to the next.
 
-use nalgebra::Point3;
-
 use crate::capture::{Capture, PoseStream};
 use crate::math::median;
 
@@ -16,43 +14,56 @@ const ROWS: usize = 3;
 const STAIRS: f64 = 0.5;
 /// Share of the steps that take back the one before, from which on noise makes them: their mean tells more than when they are taken.
 const HOPS: f64 = 0.1;
+/// Fewest steps of a path that tell it.
+const FEWEST: usize = 8;
 /// Stays on a step this much longer than its neighbours let it cross it are rests.
 const LINGERS: f64 = 1.5;
 
-/// The capture with the paths of its tools evened out, where they go in steps.
+/// The capture with the paths of its tools evened out, where they go in steps: each axis of the room by itself.
 pub(super) fn evened(capture: &Capture) -> Option<Capture> {
     let paths = || capture.interactions.iter().filter_map(|i| i.tool_path.as_ref());
-    let steps: Vec<f64> = paths().filter_map(step_of).collect();
-    let step = median(&steps).filter(|_| 2 * steps.len() > paths().count())?;
+    let steps = [0, 1, 2].map(|k| {
+        let own: Vec<f64> = paths().filter_map(|p| step_of(&seen(p, k))).collect();
+        median(&own).filter(|_| 2 * own.len() > paths().filter(|p| moves(&seen(p, k))).count())
+    });
+    if steps.iter().all(Option::is_none) {
+        return None;
+    }
     let mut out = capture.clone();
     for path in out.interactions.iter_mut().filter_map(|i| i.tool_path.as_mut()) {
-        even(path, step);
+        for (k, step) in steps.iter().enumerate() {
+            step.iter().for_each(|step| even(path, k, *step));
+        }
     }
     Some(out)
 }
 
-/// The step in which the coordinates of a path go, m.
-fn step_of(path: &PoseStream) -> Option<f64> {
-    let seen: Vec<&Point3<f64>> = path.position.iter().filter(|p| p.x.is_finite()).collect();
-    let pairs = || seen.windows(2).flat_map(|w| (0..3).map(|k| (w[1][k] - w[0][k]).abs()));
-    // What is left of a subtraction is no difference.
-    let apart: Vec<f64> = pairs().filter(|d| *d > 1e-9).collect();
-    let step = apart.iter().copied().fold(f64::INFINITY, f64::min);
-    let whole = |d: &&f64| (**d / step - (**d / step).round()).abs() < WHOLE;
-    let comb = step.is_finite() && apart.iter().filter(whole).count() as f64 >= MOST * apart.len() as f64;
-    let on_stairs: usize = (0..3)
-        .flat_map(|k| runs(&seen.iter().map(|p| p[k]).collect::<Vec<f64>>()))
-        .map(|run| run.len())
-        .filter(|n| *n >= ROWS)
-        .sum();
-    let stairs = on_stairs as f64 > STAIRS * 3.0 * seen.len() as f64;
-    let [steps, back] = (0..3).fold([0, 0], |[steps, back], k| {
-        let pairs = seen.windows(2).map(|w| w[1][k] - w[0][k]);
-        let taken: Vec<f64> = pairs.filter(|d| d.abs() > 1e-9).collect();
-        let hops = taken.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
-        [steps + taken.len(), back + hops]
-    });
-    let quiet = (back as f64) < HOPS * steps as f64;
+/// One coordinate of a path where it is known, m.
+fn seen(path: &PoseStream, k: usize) -> Vec<f64> {
+    let known = path.position.iter().filter(|p| p[k].is_finite());
+    known.map(|p| p[k]).collect()
+}
+
+/// Differences from row to row; what is left of a subtraction is none.
+fn taken(values: &[f64]) -> Vec<f64> {
+    let pairs = values.windows(2).map(|w| w[1] - w[0]);
+    pairs.filter(|d| d.abs() > 1e-9).collect()
+}
+
+fn moves(values: &[f64]) -> bool {
+    taken(values).len() >= FEWEST
+}
+
+/// The step in which a coordinate goes, m; nothing where it goes in none that noise leaves to be seen.
+fn step_of(values: &[f64]) -> Option<f64> {
+    let taken = taken(values);
+    let step = taken.iter().map(|d| d.abs()).fold(f64::INFINITY, f64::min);
+    let whole = |d: &&f64| (d.abs() / step - (d.abs() / step).round()).abs() < WHOLE;
+    let comb = taken.len() >= FEWEST && taken.iter().filter(whole).count() as f64 >= MOST * taken.len() as f64;
+    let on_stairs: usize = runs(values).iter().map(|run| run.len()).filter(|n| *n >= ROWS).sum();
+    let stairs = on_stairs as f64 > STAIRS * values.len() as f64;
+    let back = taken.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
+    let quiet = (back as f64) < HOPS * taken.len() as f64;
     (step > COARSE && comb && stairs && quiet).then_some(step)
 }
 
@@ -68,14 +79,11 @@ fn runs(values: &[f64]) -> Vec<std::ops::Range<usize>> {
     out
 }
 
-fn even(path: &mut PoseStream, step: f64) {
-    let rows: Vec<usize> = (0..path.len()).filter(|i| path.position[*i].x.is_finite()).collect();
+fn even(path: &mut PoseStream, k: usize, step: f64) {
+    let rows: Vec<usize> = (0..path.len()).filter(|i| path.position[*i][k].is_finite()).collect();
     let times: Vec<f64> = rows.iter().map(|i| path.time[*i]).collect();
-    for k in 0..3 {
-        let values: Vec<f64> = rows.iter().map(|i| path.position[*i][k]).collect();
-        for (row, value) in rows.iter().zip(between_steps(&times, &values, step)) {
-            path.position[*row][k] = value;
-        }
+    for (row, value) in rows.iter().zip(between_steps(&times, &seen(path, k), step)) {
+        path.position[*row][k] = value;
     }
 }
 
@@ -149,20 +157,14 @@ mod tests {
 
     #[test]
     fn a_path_of_many_digits_and_one_whose_noise_fills_its_steps_have_none() {
-        let path = |digits: f64, noise: f64| {
-            let mut out = PoseStream::default();
-            for i in 0..1000_u32 {
-                let t = 0.002 * f64::from(i);
-                let stray = noise * (f64::from(i) * 12.9898).sin();
-                let x = ((way(t) + stray) * digits).round() / digits;
-                out.time.push(t);
-                out.position.push(Point3::new(x, stray, (0.3 + stray) * 1.000_1));
-                out.rotation.push(None);
-            }
-            out
+        let path = |digits: f64, noise: f64| -> Vec<f64> {
+            let stray = |i: u32| noise * (f64::from(i) * 12.9898).sin();
+            let one = |i: u32| ((way(0.002 * f64::from(i)) + stray(i)) * digits).round() / digits;
+            (0..1000).map(one).collect()
         };
         assert!(step_of(&path(1e4, 0.0)).is_some_and(|s| (s - 1e-4).abs() < 1e-9));
         assert!(step_of(&path(1e8, 0.0)).is_none());
         assert!(step_of(&path(1e4, 3e-4)).is_none());
+        assert!(step_of(&[0.1; 400]).is_none());
     }
 }

@@ -1,11 +1,13 @@
 //! Tracking that comes later, or earlier, than the tool: what is pushed then trails where the tool has it by its speed
 //! times the delay, and is where it should be as soon as it stands still.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, DVector};
 
 use super::compare::pairs;
+pub use super::delay_of_hands::held_in;
+use super::delay_of_hands::of_hands;
 use super::late_paths::{delay, late};
 use super::{Curve, Quantity, Trace};
 use crate::base::Estimate;
@@ -15,13 +17,13 @@ use crate::twin::{CauseOdds, Evidence, Finding, Gain};
 /// Fewest pushes that tell it.
 const FEWEST: usize = 4;
 /// Below this it may be the body that runs ahead of the blow, s.
-const LEAST: f64 = 8e-3;
+pub(super) const LEAST: f64 = 8e-3;
 /// Standard errors over the pushes from which on it is named.
-const CLEAR: f64 = 6.0;
+pub(super) const CLEAR: f64 = 6.0;
 /// Share of the error above the noise that it has to take away on touches that did not tell it.
 const WORTH: f64 = 0.3;
 /// By how much a body that yields and springs at the start of a push may seem late, s.
-const START: f64 = 3e-3;
+pub(super) const START: f64 = 3e-3;
 /// Largest speed over the least from which on a delay is told from a length, and the most by which a tip gives, m.
 const PACES: f64 = 1.5;
 const GIVES: f64 = 1.5e-3;
@@ -30,11 +32,11 @@ const GIVEN: f64 = 2.0;
 const AS_WELL: f64 = 1.2;
 
 /// One push: its name, when it began (s), its largest speed (m/s) and by how much what is tracked trails the tool (s).
-struct Late {
-    name: String,
-    time: f64,
-    speed: f64,
-    tau: f64,
+pub(super) struct Late {
+    pub name: String,
+    pub time: f64,
+    pub speed: f64,
+    pub tau: f64,
 }
 
 /// What the pushes say together: `tau + rate (time − first) + coast speed`. A body that slides on after the tool has left
@@ -98,7 +100,9 @@ impl Together {
 
 /// The delay of the tracking behind the tool as a finding, one and the same or growing with time, from paths along the
 /// motion of pushes; nothing where it is not clear or does not foretell pushes that were not fitted.
-pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
+///
+/// What a hand holds goes where the hand goes: where hands tell it at several speeds, fingers that slip and give do not count.
+pub fn delay_finding(traces: &[Trace], by_hand: &BTreeSet<String>) -> Option<Finding> {
     let (held, fitted): (Vec<&Trace>, Vec<&Trace>) = traces.iter().partition(|t| t.held_out);
     // One delay a push: bodies that are pushed together are seen by the same camera.
     let of = |t: &&Trace| {
@@ -116,7 +120,31 @@ pub fn delay_finding(traces: &[Trace]) -> Option<Finding> {
         return None;
     }
     let judged = if held.is_empty() { &fitted } else { &held };
-    clock_drift(&each, judged, !held.is_empty()).or_else(|| constant(&each, judged, !held.is_empty()))
+    let sealed = !held.is_empty();
+    let hands = || {
+        of_hands(
+            each.iter().filter(|e| by_hand.contains(&e.name)).collect(),
+            judged,
+            sealed,
+        )
+    };
+    clock_drift(&each, judged, sealed)
+        .or_else(hands)
+        .or_else(|| constant(&each, judged, sealed))
+}
+
+/// Whether the speeds of touches differ so much that a time is told from a way.
+pub(super) fn paced(each: &[&Late]) -> bool {
+    let slowest = each.iter().map(|e| e.speed).fold(f64::INFINITY, f64::min);
+    each.iter().any(|e| e.speed > PACES * slowest)
+}
+
+pub(super) fn behind(tau: f64) -> String {
+    let side = if tau > 0.0 { "behind" } else { "ahead of" };
+    format!(
+        "what is tracked is {:.0} ms {side} the tool that moves it",
+        1e3 * tau.abs()
+    )
 }
 
 /// Whether enough pushes were foretold along their way for a delay to show.
@@ -150,26 +178,22 @@ fn constant(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding> {
     let (mean, scatter) = all.tau;
     // A push that went another way than foretold says nothing of time: most of them count.
     let against = all.values.iter().filter(|d| **d * mean < 0.0).count();
-    if mean.abs() < LEAST || mean.abs() < CLEAR * scatter || 5 * against > each.len() || is_a_way(each) {
+    let every: Vec<&Late> = each.iter().collect();
+    if mean.abs() < LEAST || mean.abs() < CLEAR * scatter || 5 * against > each.len() || is_a_way(&every) {
         return None;
     }
-    let side = if mean > 0.0 { "behind" } else { "ahead of" };
     let told = Told {
         cause: "time-delay",
         name: "tau",
         unit: "s",
         value: (mean, scatter.hypot(START)),
         statistic: mean / scatter,
-        words: format!(
-            "what is tracked is {:.0} ms {side} the tool that moves it",
-            1e3 * mean.abs()
-        ),
+        words: behind(mean),
     };
-    let mut finding = told.finding(each, gain(judged, sealed, &|_| mean)?)?;
+    let mut finding = told.finding(&every, gain(judged, sealed, &|_| mean)?)?;
     // At one speed what is late by a time is behind by a length as well, as at the end of a tip that gives.
     let fastest = each.iter().map(|e| e.speed).fold(0.0, f64::max);
-    let even = each.iter().all(|e| fastest < PACES * e.speed);
-    if even && mean > 0.0 && mean * fastest < GIVES {
+    if !paced(&every) && mean > 0.0 && mean * fastest < GIVES {
         finding.probability = 0.5;
         finding.alternatives = vec![CauseOdds {
             cause: "contact-law".into(),
@@ -180,14 +204,12 @@ fn constant(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding> {
 }
 
 /// Whether what is tracked is off by one way at all speeds rather than by one time.
-fn is_a_way(each: &[Late]) -> bool {
+pub(super) fn is_a_way(each: &[&Late]) -> bool {
     let unlike = |of: &dyn Fn(&Late) -> f64| {
-        let mean = each.iter().map(of).sum::<f64>() / each.len() as f64;
+        let mean = each.iter().map(|e| of(e)).sum::<f64>() / each.len() as f64;
         each.iter().map(|e| (of(e) / mean - 1.0).powi(2)).sum::<f64>()
     };
-    let slowest = each.iter().map(|e| e.speed).fold(f64::INFINITY, f64::min);
-    let varied = each.iter().any(|e| e.speed > PACES * slowest);
-    varied && unlike(&|e| e.tau * e.speed) < unlike(&|e| e.tau)
+    paced(each) && unlike(&|e| e.tau * e.speed) < unlike(&|e| e.tau)
 }
 
 /// The delay grows with time: the clocks of tool and tracking run apart.
@@ -212,21 +234,24 @@ fn clock_drift(each: &[Late], judged: &[&Trace], sealed: bool) -> Option<Finding
             6e4 * rate
         ),
     };
-    told.finding(each, gain(judged, sealed, &|t| all.tau.0 + rate * (t - all.first))?)
+    told.finding(
+        &each.iter().collect::<Vec<_>>(),
+        gain(judged, sealed, &|t| all.tau.0 + rate * (t - all.first))?,
+    )
 }
 
 /// A number that the delays tell.
-struct Told {
-    cause: &'static str,
-    name: &'static str,
-    unit: &'static str,
-    value: (f64, f64),
-    statistic: f64,
-    words: String,
+pub(super) struct Told {
+    pub cause: &'static str,
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub value: (f64, f64),
+    pub statistic: f64,
+    pub words: String,
 }
 
 impl Told {
-    fn finding(self, each: &[Late], gain: Gain) -> Option<Finding> {
+    pub fn finding(self, each: &[&Late], gain: Gain) -> Option<Finding> {
         let from: Vec<String> = each.iter().map(|e| e.name.clone()).collect();
         let degrees = each.len() as f64 - 1.0;
         let value = Estimate::measured(self.value.0, self.value.1, self.unit, from, "path-against-speed");
@@ -251,7 +276,7 @@ impl Told {
 }
 
 /// What knowing the delay (s, by the time at which a push begins) gains; nothing where that is too little.
-fn gain(judged: &[&Trace], sealed: bool, by: &dyn Fn(f64) -> f64) -> Option<Gain> {
+pub(super) fn gain(judged: &[&Trace], sealed: bool, by: &dyn Fn(f64) -> f64) -> Option<Gain> {
     let curves: Vec<Curve> = judged.iter().flat_map(|t| along(t)).collect();
     let moved: Vec<Curve> = curves
         .iter()
@@ -282,10 +307,10 @@ fn error(curves: &[Curve]) -> Option<(f64, f64)> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn push(name: &str, speed: f64, tau: f64, held_out: bool) -> Trace {
+    pub fn push(name: &str, speed: f64, tau: f64, held_out: bool) -> Trace {
         let way = |t: f64| speed * (t - 0.5).clamp(0.0, 1.0);
         let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
         // A surface that was missed, and a ripple in the place of noise.
@@ -305,6 +330,10 @@ mod tests {
         }
     }
 
+    fn told(traces: &[Trace]) -> Option<Finding> {
+        delay_finding(traces, &BTreeSet::new())
+    }
+
     fn pushes(tau: f64) -> Vec<Trace> {
         let all = [0.02, 0.04, 0.08, 0.03, 0.06, 0.05].into_iter().enumerate();
         all.map(|(i, v)| push(&format!("push-{i}"), v, tau, i > 4)).collect()
@@ -318,15 +347,15 @@ mod tests {
             each.map(|(i, v)| push(&format!("p{i}"), *v, tau + way / v, i == 7))
                 .collect()
         };
-        assert!(delay_finding(&of(2e-4, 4e-3)).is_none());
-        let late = delay_finding(&of(2e-4, 2e-2)).expect("a delay");
+        assert!(told(&of(2e-4, 4e-3)).is_none());
+        let late = told(&of(2e-4, 2e-2)).expect("a delay");
         assert!((late.parameters["tau"].value - 2e-2).abs() < 3e-3, "{late:?}");
     }
 
     #[test]
     fn a_late_camera_is_told_by_how_much() {
         for tau in [0.03, -0.02] {
-            let found = delay_finding(&pushes(tau)).expect("a delay");
+            let found = told(&pushes(tau)).expect("a delay");
             let said = found.parameters["tau"].value;
             assert!((said - tau).abs() < 2e-3, "{said} for {tau}");
             assert!(found.gain.reduction > 0.5, "{:?}", found.gain);
@@ -337,7 +366,7 @@ mod tests {
     fn a_way_is_no_delay() {
         let behind = |(i, v): (usize, f64)| push(&format!("push-{i}"), v, 6e-4 / v, i > 4);
         let all = [0.02, 0.04, 0.08, 0.03, 0.06, 0.05].into_iter().enumerate();
-        assert!(delay_finding(&all.map(behind).collect::<Vec<_>>()).is_none());
+        assert!(told(&all.map(behind).collect::<Vec<_>>()).is_none());
     }
 
     #[test]
@@ -352,7 +381,7 @@ mod tests {
             trace.curves[0].time.iter_mut().for_each(|t| *t += 20.0 * k as f64);
             trace
         };
-        let found = delay_finding(&(0..10).map(at).collect::<Vec<_>>()).expect("a drift");
+        let found = told(&(0..10).map(at).collect::<Vec<_>>()).expect("a drift");
         let said = found.parameters["e"].value;
         assert!(
             found.cause == "clock-drift" && (said / 4e-4 - 1.0).abs() < 0.1,
@@ -362,7 +391,7 @@ mod tests {
 
     #[test]
     fn an_honest_camera_is_not_accused() {
-        assert!(delay_finding(&pushes(0.0)).is_none() && delay_finding(&pushes(0.004)).is_none());
-        assert!(delay_finding(&pushes(0.03)[..3]).is_none());
+        assert!(told(&pushes(0.0)).is_none() && told(&pushes(0.004)).is_none());
+        assert!(told(&pushes(0.03)[..3]).is_none());
     }
 }

@@ -9,7 +9,7 @@ use super::bursts::bursts;
 use super::clocks::Clocks;
 use super::compare::base_fit;
 use super::coupling::without_what_follows;
-use super::delay::{delay_finding, take_up};
+use super::delay::{delay_finding, held_in, take_up};
 use super::family::Family;
 use super::frames::{frame_finding, put_right};
 use super::hand_delay::{HandDelay, hand_delay};
@@ -137,7 +137,7 @@ pub fn diagnose(
     // A force that comes up late puts the first touch late, and what is tracked before it.
     findings.extend(late.as_ref().map(HandDelay::finding));
     if late.is_none() && findings.iter().all(|f| f.cause != "sensor-lag") {
-        let delay = two_clocks(&slid, (&curves, fast), model, &findings);
+        let delay = two_clocks((capture, &slid), (&curves, fast), model, &findings);
         take_up(&mut findings, delay);
     }
     let stands = frame.filter(|_| righted.is_some());
@@ -181,7 +181,7 @@ pub fn diagnose(
 
 /// Track and force by two clocks, as the ways, the beginnings and the blows of pushes tell it beside what was found.
 fn two_clocks(
-    slid: &[Trace],
+    (capture, slid): (&Capture, &[Trace]),
     (curves, fast): (&Loads, &[Inertial]),
     model: &Model,
     findings: &[Finding],
@@ -195,7 +195,7 @@ fn two_clocks(
     // Friction that grows with speed comes up as the body does, the later the faster the push.
     let begun = || curves.clocks.finding().filter(|_| !thick);
     let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
-    let found = delay_finding(slid).or_else(begun).or_else(of_blows);
+    let found = delay_finding(slid, &held_in(capture)).or_else(begun).or_else(of_blows);
     found.filter(|f| !curves.clocks.feigned(f))
 }
 

@@ -16,6 +16,7 @@ mod contact_law;
 mod contrast;
 mod coupling;
 mod delay;
+mod delay_of_hands;
 mod diagnose;
 mod doubt;
 mod evidence;

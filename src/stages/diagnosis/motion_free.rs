@@ -113,8 +113,8 @@ impl Free {
         self.tare.is_some_and(|(_, largest)| largest < NOTHING * self.friction)
     }
 
-    /// Whether a force of so much, N, that the sensor reads always cannot be: none of many hands read a part of it before it set out, and
-    /// what they hold strains against no two of them alike.
+    /// Whether a force of so much, N, that the sensor reads always is unlikely: none of many hands read a part of it before it set out.
+    /// Hands that regulate what they read to nought would hide it.
     pub fn speaks_against(&self, bias: f64) -> bool {
         self.quiet.is_some_and(|most| bias.abs() > READ * most)
     }

@@ -43,7 +43,7 @@ const SAME: f64 = 1e-5;
 const COMB: (usize, usize) = (4, 3);
 const HOPS: usize = 10;
 
-/// A capture without its strays where it has such, and what is wrong with its readings.
+/// A capture without its strays where it has such, its paths evened out where they go in steps, and what is wrong with its readings.
 pub fn sift(capture: &Capture) -> (Option<Capture>, SensorFaults) {
     let evened = evened(capture);
     let capture = evened.as_ref().unwrap_or(capture);

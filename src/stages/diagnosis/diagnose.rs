@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use super::aloft::told_aloft;
 use super::axes::of_all_axes;
 use super::blows::blow_findings;
+use super::bristles::{Bristles, turning_back, way_of};
 use super::bursts::bursts;
 use super::clocks::Clocks;
 use super::compare::base_fit;
 use super::coupling::without_what_follows;
 use super::delay::{delay_finding, held_in, take_up};
 use super::family::Family;
-use super::frames::{frame_finding, put_right};
+use super::frames::{frame_finding, put_right, take_up_frame};
 use super::hand_delay::{HandDelay, hand_delay};
 use super::inertia::{self, findings_of_inertia};
-use super::joint_lag::lag_of_joints;
 use super::knocked::knocked;
 use super::levels::Level;
 use super::loads::{Load, Loads, or_load, or_toss};
@@ -31,9 +31,10 @@ use super::pushes::Pushes;
 use super::ripples::swinging;
 use super::rolls::rolls;
 use super::sensor::{as_one, rounded_away, sensor_findings};
-use super::sensor_lag::{SensorLag, lag_of};
+use super::sensor_lag::{SensorLag, lag_of_all};
 use super::shown::pictured;
 use super::sinking::without_what_sinks;
+use super::slipped::slipped;
 use super::swerves::swerves;
 use super::tares::tare_finding;
 use super::told::told_by_one_number;
@@ -147,7 +148,7 @@ pub fn diagnose(
     keep_what_stands(&mut findings, config);
     curves.left_beside(swerves(capture, &slid, &findings));
     curves.left_beside(bursts(&slid, &findings));
-    curves.left_beside(knocked(capture, &mut findings));
+    curves.left_beside(knocked(capture, &mut findings).or_else(|| slipped(capture)));
     curves.left_beside(super::heavier::heavier_by_and_by(capture, segmented, &findings));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
@@ -195,25 +196,17 @@ fn two_clocks(
     // Friction that grows with speed comes up as the body does, the later the faster the push.
     let begun = || curves.clocks.finding().filter(|_| !thick);
     let of_blows = || inertia::delay_finding(even, model).filter(|f| curves.clocks.agree(f));
-    let found = delay_finding(slid, &held_in(capture)).or_else(begun).or_else(of_blows);
+    let turned = || curves.turned.as_ref().and_then(Bristles::delay);
+    let found = delay_finding(slid, &held_in(capture))
+        .or_else(begun)
+        .or_else(of_blows)
+        .or_else(turned);
     found.filter(|f| !curves.clocks.feigned(f))
 }
 
 /// A part that swings lags behind, as what is read by a late clock does.
 fn swings(finding: &Finding) -> bool {
     matches!(finding.cause.as_str(), "loose-mass" | "added-inertia")
-}
-
-/// One frame of the tracking is named: that which was put right before all else, or what fingers told by where they touch, or what
-/// is left of how things go.
-fn take_up_frame(findings: &mut Vec<Finding>, stands: Option<Finding>, left: impl FnOnce() -> Option<Finding>) {
-    let of_frame = |f: &Finding| matches!(f.cause.as_str(), "tracking-error" | "length-scale");
-    if stands.is_some() {
-        findings.retain(|f| !of_frame(f));
-        findings.extend(stands);
-    } else if !findings.iter().any(of_frame) {
-        findings.extend(left());
-    }
 }
 
 /// Share of the error below which one number of a joint that no law explains is not what is wrong with it.
@@ -248,15 +241,14 @@ fn name_causes(
     let lost = rounded_away(faults);
     let begun = onsets(capture, segmented, model);
     let all: Vec<Onset> = begun.iter().flat_map(|(_, all)| all.iter().cloned()).collect();
-    let lag = lag_of(&all)
-        .or_else(|| lag_of_joints(capture, segmented, model))
-        .filter(|_| config.allows("sensor-lag"));
+    let turned = turning_back(capture, segmented, model);
+    let lag = lag_of_all((capture, segmented, model), &all, &turned).filter(|_| config.allows("sensor-lag"));
     // Presses tell the lag beside what gives, as it was read.
     let presses = Presses::new(capture, segmented, model).map(|p| p.rounded(lost));
     let undone = lag.as_ref().map(|lag| lag.undone(capture));
     let capture = undone.as_ref().unwrap_or(capture);
-    let pushes = Pushes::new(capture, segmented, model).map(|p| p.rounded(lost));
-    let mut loads = Loads::default();
+    let pushes = Pushes::new((capture, segmented, model), way_of(&turned)).map(|p| p.rounded(lost));
+    let mut loads = Loads::beside(turned);
     let wandering = moving_axes(capture, model, config, &mut loads);
     // The load along a joint is taken about the axis that the twin has.
     let holds = |m: &Motions| wandering.iter().all(|f| f.place != m.joint());
@@ -315,6 +307,7 @@ fn name_causes(
         loads.clocks = Clocks::of(&begun);
         findings.extend(onset_findings(&begun, &loads.clocks));
     }
+    findings.extend(loads.presliding(findings));
     findings.retain(|f| config.allows(&f.cause));
     (asking::experiments(findings, &asked, &done), loads)
 }

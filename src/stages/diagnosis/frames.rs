@@ -288,6 +288,22 @@ fn error<'a>(ways: impl Iterator<Item = &'a Way>, scale: f64, angle: f64) -> Opt
     Some(correlated_mean(&squares)?.mean.sqrt())
 }
 
+/// One frame of the tracking is named: that which was put right before all else, or what fingers told by where they touch, or what
+/// is left of how things go.
+pub(super) fn take_up_frame(
+    findings: &mut Vec<Finding>,
+    stands: Option<Finding>,
+    left: impl FnOnce() -> Option<Finding>,
+) {
+    let of_frame = |f: &Finding| matches!(f.cause.as_str(), "tracking-error" | "length-scale");
+    if stands.is_some() {
+        findings.retain(|f| !of_frame(f));
+        findings.extend(stands);
+    } else if !findings.iter().any(of_frame) {
+        findings.extend(left());
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::asking::showing;
+use super::bristles::Bristles;
 use super::clocks::Clocks;
 use super::family::Family;
 use super::fit::Fit;
@@ -65,11 +66,27 @@ pub(super) struct Loads {
     pub fast: Vec<Inertial>,
     /// What the beginnings of pushes say of the clocks of force and track.
     pub clocks: Clocks,
+    /// What the force does where hands turn back.
+    pub turned: Option<Bristles>,
     /// What was tried.
     pub scope: Scope,
 }
 
 impl Loads {
+    /// Nothing yet, beside what the force does where hands turn back.
+    pub fn beside(turned: Option<Bristles>) -> Self {
+        Self {
+            turned,
+            ..Self::default()
+        }
+    }
+
+    /// Friction that comes up over a way, as hands tell it that turn back, where nothing else has told it.
+    pub fn presliding(&self, findings: &[Finding]) -> Option<Finding> {
+        let told = findings.iter().any(|f| f.cause == "presliding");
+        self.turned.as_ref().filter(|_| !told)?.presliding()
+    }
+
     /// What would show the causes that neither a ladder nor a finder could try.
     pub fn unseen(
         &self,

@@ -32,7 +32,7 @@ const STRAINS: f64 = 8.0;
 /// Standard deviations from nought from which on it counts.
 const CLEAR: f64 = 8.0;
 /// How many times the most that any hand read a bias has to be, to be spoken against.
-const READ: f64 = 4.0;
+const READ: f64 = 3.0;
 
 /// What hands that hold on read before they set out has in common along the direction in which it scatters least: they strain at what
 /// sticks as chance will have it, where nothing moves they do not.

@@ -41,6 +41,8 @@ const FREE: f64 = 1.5;
 /// A step of the force at first contact over the noise of a reading, and over how much it grows in one reading after it.
 const STEP_SEEN: f64 = 8.0;
 const STEP_OVER: f64 = 2.0;
+/// Fewest samples before first touch that tell a tare.
+const RESTS: usize = 6;
 /// Seconds of one sample where the surface is looked for.
 pub(super) const FINE: f64 = 0.008;
 
@@ -76,17 +78,18 @@ impl Read {
         let deepest = known.max_by(|a, b| down[*a].total_cmp(&down[*b]))?;
         let (fine, felt, fine_noise) = scene.raw_force(FINE)?;
         let felt: Vec<f64> = felt.iter().map(|f| -f.dot(&up)).collect();
-        let rises = rise(&felt, fine_noise?)?;
+        let tare = scene.segmented.and_then(|s| s.force_tare).map(|t| -t.dot(&up));
+        let rises = rise(&felt, fine_noise?, tare)?;
         let at = |i: usize| interpolate(&path.time, &down, fine[i]);
         let raw = scene.interaction.force.as_ref()?;
         let readings = raw.time.iter().zip(&raw.force).map(|(t, f)| (*t, -f.dot(&up)));
-        let around = [fine[rises.free] - FINE, fine[rises.felt] + 2.0 * FINE];
+        let around = [fine[rises.free.unwrap_or(0)] - FINE, fine[rises.felt] + 2.0 * FINE];
         let window: Vec<(f64, f64)> = readings.filter(|(t, _)| (around[0]..=around[1]).contains(t)).collect();
         let (told_at, contact) = match stepped(&window).and_then(|t| interpolate(&path.time, &down, t)) {
             Some(there) => (there, there),
             // Where nothing was felt yet it had not met the surface.
             None => {
-                let (told, free) = (at(rises.felt)?, at(rises.free).unwrap_or(f64::NEG_INFINITY));
+                let (told, free) = (at(rises.felt)?, rises.free.and_then(at).unwrap_or(f64::NEG_INFINITY));
                 (told, (told - rises.force / stiffness).max(free))
             }
         };
@@ -155,9 +158,9 @@ fn in_parts(parts: [f64; PARTS], turns: f64) -> Option<[f64; PARTS]> {
 
 /// Where a force begins to rise for good.
 struct Rise {
-    /// The first sample that is felt, and the last that surely is not.
+    /// The first sample that is felt, and the last that surely is not, where one was read.
     felt: usize,
-    free: usize,
+    free: Option<usize>,
     /// What it is there above the tare, N.
     force: f64,
 }
@@ -185,17 +188,28 @@ fn stepped(readings: &[(f64, f64)]) -> Option<f64> {
     each.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
 }
 
-fn rise(force: &[f64], noise: f64) -> Option<Rise> {
+/// `told` is what is read without a touch, where that is known; of a press that touches at first it is all that tells it.
+fn rise(force: &[f64], noise: f64, told: Option<f64>) -> Option<Rise> {
     let peak = force.iter().copied().fold(0.0, f64::max);
     let rest: Vec<f64> = force.iter().take_while(|f| **f < 0.3 * peak).copied().collect();
-    let tare = median(&rest[..rest.len().div_ceil(2)]).unwrap_or(0.0);
     let floor = (5.0 * noise).max(0.01 * peak);
-    let felt = |i: &usize| (0..4).all(|k| force.get(i + k).is_some_and(|f| f - tare > floor));
-    let i = (0..force.len()).find(felt)?;
-    let free = (0..i).rev().find(|k| force[*k] - tare < FREE * noise).unwrap_or(0);
+    let begins = |tare: f64| {
+        let felt = |i: &usize| (0..4).all(|k| force.get(i + k).is_some_and(|f| f - tare > floor));
+        (0..force.len()).find(felt)
+    };
+    let before = median(&rest[..rest.len().div_ceil(2)]).unwrap_or(0.0);
+    // What rises slowly from the first reading on is no rest.
+    let touching = told.filter(|tare| before > tare + noise || begins(*tare).is_some_and(|i| i < RESTS));
+    let tare = touching.unwrap_or(before);
+    let i = begins(tare)?;
+    let free = (0..i).rev().find(|k| force[*k] - tare < FREE * noise);
     Some(Rise {
         felt: i,
-        free: free.saturating_sub(1),
+        free: if touching.is_some() {
+            free
+        } else {
+            Some(free.unwrap_or(0).saturating_sub(1))
+        },
         // A force that jumps up has met the surface there; what is more than the floor is not traced back.
         force: (force[i] - tare).min(2.0 * floor),
     })
@@ -220,6 +234,19 @@ mod tests {
         assert!((told - 0.019).abs() < 1e-3, "{told}");
         assert!(stepped(&read(&ramp)).is_none());
         assert!(stepped(&read(&|_| 0.0)).is_none());
+    }
+
+    #[test]
+    fn a_press_that_touches_at_first_is_traced_back_by_the_tare_that_is_known() {
+        let wobble = |k: usize| 0.01 * ((k * 7 % 5) as f64 - 2.0);
+        let force = |begun: usize| -> Vec<f64> {
+            let load = |k: usize| if k < begun { 0.0 } else { 0.1 * (k - begun + 3) as f64 };
+            (0..100).map(|k| 0.2 + load(k) + wobble(k)).collect()
+        };
+        let touching = rise(&force(0), 0.01, Some(0.2)).expect("a rise");
+        assert!(touching.felt < 2 && touching.free.is_none());
+        let usual = rise(&force(40), 0.01, Some(0.2)).expect("a rise");
+        assert!(usual.felt == 40 && usual.free.is_some_and(|f| f < 40));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What was done to bodies before a push: how far they slid, and since when they rest.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector2, Vector3};
 
 use crate::capture::Interaction;
 use crate::math::turned_displacement;
@@ -16,9 +16,19 @@ pub struct History {
     seen: Vec<(String, f64, f64)>,
     /// What it slid down a support that was tilted, m.
     slid: Vec<(String, f64)>,
+    /// Way over which friction turns round where a hand turns back, m.
+    pub bristles: f64,
 }
 
 impl History {
+    /// Nothing was done so far.
+    pub fn of_bristles(bristles: f64) -> Self {
+        Self {
+            bristles,
+            ..Self::default()
+        }
+    }
+
     /// When the body last came to rest and how far it has slid.
     pub fn of(&self, body: &str) -> Option<(f64, f64)> {
         self.seen.iter().find(|s| s.0 == body).map(|s| (s.1, s.2))
@@ -55,5 +65,30 @@ impl History {
             Some(s) => (s.1, s.2) = (rest, s.2 + slid),
             None => self.seen.push((body.to_owned(), rest, slid)),
         }
+    }
+}
+
+/// Where a hand turned back last.
+#[derive(Default)]
+pub struct TurnedBack {
+    force: Vector2<f64>,
+    /// Slip by then, m.
+    at: Option<f64>,
+}
+
+impl TurnedBack {
+    /// Takes down the force that the plain model has at a slip, m.
+    pub fn note(&mut self, force: &Vector2<f64>, slip: f64) {
+        if force.dot(&self.force) < 0.0 {
+            self.at = Some(slip);
+        }
+        if force.norm() > 0.0 {
+            self.force = *force;
+        }
+    }
+
+    /// Whether it is farther than `way` from there, m.
+    pub fn away(&self, slip: f64, way: f64) -> bool {
+        self.at.is_none_or(|at| slip - at >= way)
     }
 }

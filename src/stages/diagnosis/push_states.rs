@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use super::blows::Blow;
 use super::family::{Channel, Group};
 use super::predict::Scene;
-use super::push_history::History;
+use super::push_history::{History, TurnedBack};
 use super::push_loads::{borne, foretold_load, lade};
 use super::push_motion::{Motion, approach, drawn_back, going, going_on, impact, leaves, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
@@ -150,6 +150,7 @@ impl Observed {
             zero,
             wait,
             begun,
+            bristles: history.bristles,
             first: last.is_none(),
             worn: last.map_or(0.0, |l| l.1) + history.slid_before(&link.name),
             strained: scene.segmented.is_some_and(|s| s.preload.is_some()),
@@ -183,14 +184,13 @@ impl Observed {
         ring(&mut states, &blow, onset - zero, mass * laden);
         borne(&mut states, scene, &normal, load);
         lade(&mut states, mass, laden, foretold_load(scene, link, &found.carried));
-        let weighed = link.mass.as_ref().is_some_and(weighed);
         let (states, measured, spread) = windows(&states, &measured, &along, noise?);
-        let finite = force.iter().map(|f| flat(f).norm()).filter(|f| f.is_finite());
-        let largest = finite.fold(0.0, f64::max);
+        let sizes = force.iter().map(|f| flat(f).norm());
+        let largest = sizes.filter(|f| f.is_finite()).fold(0.0, f64::max);
         Some(Self {
             body: whose,
             load,
-            weighed,
+            weighed: link.mass.as_ref().is_some_and(weighed),
             held: action.tool.hold != Hold::Push || laden > 1.0,
             noise: noise?,
             largest,
@@ -267,6 +267,8 @@ struct Past {
     wait: f64,
     /// When the force began to rise, s.
     begun: f64,
+    /// Way over which friction turns round where a hand turns back, m.
+    bristles: f64,
     first: bool,
     worn: f64,
     /// A hand held already, and strained at what rested.
@@ -306,19 +308,22 @@ fn moments(
     };
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
+    let mut turned = TurnedBack::default();
     for (t, f) in time.iter().zip(force) {
         let moment = motion.at(*t);
         let within = (onset..=touched.1).contains(t);
         if within {
             slip += moment.speed * (t - before).max(0.0);
             before = *t;
+            turned.note(&moment.force, slip);
         }
         let sets_out = slip < SETS_OUT && moment.speed > SLOW * usual && slowly;
         // Where the force came up before the plain model has the tool there, it foretells none.
         let foretold = moment.force.norm() > 0.0;
         let steady = moment.speed > STEADY * usual || sets_out;
         let touches = !flies(f.norm(), moment.force.norm(), moment.speed);
-        let contact = within && foretold && touches && slip > SETTLED && steady && pushes(*t, moment.speed);
+        let settled = slip > SETTLED && turned.away(slip, past.bristles);
+        let contact = within && foretold && touches && settled && steady && pushes(*t, moment.speed);
         let rest = !past.strained && (*t < past.begun.min(touched.0) - 0.15 || free(*t, f.norm()));
         if !(contact || rest) || !f.iter().all(|x| x.is_finite()) {
             continue;

@@ -76,15 +76,16 @@ pub struct Pushes {
 }
 
 impl Pushes {
-    /// What a capture has of them; nothing where no push was both measured and predicted.
-    pub fn new(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<Self> {
+    /// What a capture has of them; nothing where no push was both measured and predicted. Friction turns round over a way of
+    /// `bristles` (m) where a hand turns back.
+    pub fn new((capture, segmented, model): (&Capture, &[Segmented], &Model), bristles: f64) -> Option<Self> {
         let plane = plane_of(capture, model);
         let mut ordered: Vec<&Interaction> = capture.interactions.iter().collect();
         ordered.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
         let zero = ordered.first().map_or(0.0, |i| begin(i));
         let mut out = Self::nothing(plane, lean_of(capture, &plane));
         let mut names: Vec<String> = Vec::new();
-        let mut history = History::default();
+        let mut history = History::of_bristles(bristles);
         let mut all = Vec::new();
         let origin = origin_of(capture, model);
         for interaction in ordered {

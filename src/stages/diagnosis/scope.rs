@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use super::aloft::tells_across;
 use super::asking::Has;
+use super::bristles::tells_bristles;
 use super::contact_law::tells_its_law;
 use super::coupling::tells_coupling;
 use super::delay::tells_delay;
@@ -81,7 +82,10 @@ impl Scope {
             (tells_gain(capture, segmented), &["force-gain"]),
             (tells_across(capture, segmented), &["force-crosstalk"]),
             (tells_frame(capture, model, traces), &["length-scale", "tracking-error"]),
-            (begin_slowly(&begun), &["presliding"]),
+            (
+                begin_slowly(&begun) || tells_bristles(capture, segmented, model),
+                &["presliding"],
+            ),
             (begun.iter().any(|(_, all)| tells_its_law(all)), &["contact-law"]),
             (tells_finger(model), &["tool-friction"]),
             (tells_centre(model), &["com-offset"]),

@@ -6,13 +6,15 @@
 
 use nalgebra::{DVector, Vector3};
 
+use super::bristles::Bristles;
 use super::clocks::worth_a_word;
+use super::joint_lag::lag_of_joints;
 use super::onset::{Onset, Reading};
 use super::told::{Told, gain};
 use crate::base::Estimate;
-use crate::capture::{Capture, Kind};
+use crate::capture::{Capture, Kind, Segmented};
 use crate::math::{Settings, levenberg_marquardt, mad_sd, quantile, random_effects};
-use crate::twin::{Finding, Gain};
+use crate::twin::{Finding, Gain, Model};
 
 /// Fewest pushes, standard deviations, and the least lag, s: what a tip that rings leaves seems up to 12 ms.
 const FEWEST: usize = 2;
@@ -183,6 +185,17 @@ fn telling(all: &[Onset]) -> Option<(u8, Vec<Fitted<'_>>, f64)> {
 /// Whether enough pushes rise so that a lag of the sensor would show.
 pub fn tells_lag(all: &[Onset]) -> bool {
     telling(all).is_some()
+}
+
+/// The lag of a capture's force sensor, as pushes tell it, or motions of joints, or hands that turn back.
+pub fn lag_of_all(
+    (capture, segmented, model): (&Capture, &[Segmented], &Model),
+    begun: &[Onset],
+    turned: &Option<Bristles>,
+) -> Option<SensorLag> {
+    let of_joints = || lag_of_joints(capture, segmented, model);
+    let of_hands = || turned.as_ref().and_then(Bristles::lag);
+    lag_of(begun).or_else(of_joints).or_else(of_hands)
 }
 
 /// The lag that all pushes share; nothing where it is not clear.

@@ -74,8 +74,44 @@ fn largest(excess: &[f64], felt: f64) -> f64 {
     median(&usual).map_or(peak, |m| peak.min(SPIKE * m))
 }
 
-/// Finds the stretch of contact in a force stream.
-pub(super) fn find_contact(stream: &WrenchStream, config: &Config) -> Option<Contact> {
+/// Share of the largest force up to which a reading at the end may be that of a tool that let go.
+const LET_GO: f64 = 0.3;
+
+/// The stretch of contact of a tool that touched already when its recording began, or sooner than a tare is read, and is free at the
+/// end: what it reads there is the tare. Nothing of one that was free at first.
+fn touching_at_first(stream: &WrenchStream, (lead, width): (usize, usize), config: &Config) -> Option<Contact> {
+    let n = stream.time.len();
+    let mut tare = axis_median(&stream.force[n - lead..])?;
+    let mut noise = difference_noise(&stream.force);
+    let mut rows = None;
+    for _ in 0..2 {
+        let excess = smoothed_excess(&stream.force, &tare, width);
+        let peak = largest(&excess, config.contact_sigmas * noise / (width as f64).sqrt());
+        let floor = noise.max(1e-4 * peak) / (width as f64).sqrt();
+        let threshold = (config.contact_sigmas * floor).max(config.contact_share * peak);
+        let (first, last) = contact_rows(&excess, threshold, (3.0 * floor).max(0.2 * threshold), width.max(3))?;
+        if first >= lead || last + 2 * lead > n || tare.norm() > LET_GO * peak {
+            return None;
+        }
+        // What a tip feels while it leaves is none.
+        let free = &stream.force[last + lead..];
+        tare = mean(free)?;
+        if free.len() >= 40 {
+            noise = difference_noise(free);
+        }
+        rows = Some((first, last));
+    }
+    let (first, last) = rows?;
+    Some(Contact {
+        onset: Some(stream.time[first]),
+        release: Some(stream.time[last]),
+        tare: Some(tare),
+        noise,
+    })
+}
+
+/// Finds the stretch of contact in a force stream, of a tool that holds nothing where `free`: one may be read without contact at its end.
+pub(super) fn find_contact(stream: &WrenchStream, free: bool, config: &Config) -> Option<Contact> {
     let n = stream.time.len();
     if n < 8 {
         return None;
@@ -83,6 +119,10 @@ pub(super) fn find_contact(stream: &WrenchStream, config: &Config) -> Option<Con
     let rate = (n - 1) as f64 / (stream.time[n - 1] - stream.time[0]).max(1e-9);
     let width = ((config.force_window * rate).round() as usize).clamp(1, 25);
     let lead = ((0.1 * rate) as usize).clamp(5, n / 2);
+    let touching = free.then(|| touching_at_first(stream, (lead.min(n / 3), width), config));
+    if let Some(found) = touching.flatten() {
+        return Some(found);
+    }
     let first_reading = axis_median(&stream.force[..lead])?;
     let mut noise = difference_noise(&stream.force);
     let white = noise / (width as f64).sqrt();
@@ -169,7 +209,7 @@ mod tests {
 
     #[test]
     fn contact_is_found_within_a_few_samples_and_the_tare_with_it() {
-        let contact = find_contact(&step(0.6, 1.4), &Config::default()).expect("long enough");
+        let contact = find_contact(&step(0.6, 1.4), true, &Config::default()).expect("long enough");
         assert!((contact.onset.expect("touched") - 0.6).abs() < 0.012);
         assert!((contact.release.expect("let go") - 1.4).abs() < 0.012);
         assert!((contact.tare.expect("rest").x - 0.1).abs() < 0.01);
@@ -183,14 +223,29 @@ mod tests {
         }
         // As coarse as the blow is short.
         stream.time.iter_mut().for_each(|t| *t *= 5.0);
-        let contact = find_contact(&stream, &Config::default()).expect("long enough");
+        let contact = find_contact(&stream, true, &Config::default()).expect("long enough");
         assert!((contact.onset.expect("touched") - 3.0).abs() < 0.02, "{contact:?}");
         assert!((contact.tare.expect("rest").x - 0.1).abs() < 0.01);
     }
 
     #[test]
+    fn a_tool_that_touches_at_first_is_read_when_it_let_go() {
+        for begun in [0.0, 0.02] {
+            let contact = find_contact(&step(begun, 1.4), true, &Config::default()).expect("long enough");
+            assert!(contact.onset.expect("touched") < begun + 0.012, "{contact:?}");
+            assert!((contact.release.expect("let go") - 1.4).abs() < 0.012);
+            assert!((contact.tare.expect("rest").x - 0.1).abs() < 0.01);
+        }
+        // One that goes on touching has no tare at its end.
+        let contact = find_contact(&step(0.6, 9.0), true, &Config::default()).expect("long enough");
+        assert!(
+            (contact.onset.expect("touched") - 0.6).abs() < 0.012 && (contact.tare.expect("rest").x - 0.1).abs() < 0.01
+        );
+    }
+
+    #[test]
     fn noise_alone_is_no_contact() {
-        let contact = find_contact(&step(9.0, 9.0), &Config::default()).expect("long enough");
+        let contact = find_contact(&step(9.0, 9.0), true, &Config::default()).expect("long enough");
         assert_eq!(contact.onset, None);
     }
 }

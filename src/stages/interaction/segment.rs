@@ -28,7 +28,9 @@ pub fn segment(capture: &Capture, _model: &Model, config: &Config, notices: &mut
 }
 
 fn segment_one(capture: &Capture, interaction: &Interaction, config: &Config, notices: &mut Notices) -> Segmented {
-    let contact = interaction.force.as_ref().and_then(|f| find_contact(f, config));
+    let touches = matches!(interaction.kind, Kind::Push | Kind::Press);
+    let free = touches && interaction.tool.as_ref().is_some_and(|t| !t.grip && !t.pin);
+    let contact = interaction.force.as_ref().and_then(|f| find_contact(f, free, config));
     let (start, end) = span(interaction);
     let approach = interaction.tool_path.as_ref().and_then(|p| starts_to_move(p, config));
     let turning = interaction.support_path.as_ref().and_then(|s| {

@@ -17,7 +17,7 @@ use crate::math::{bayesian_linear, effective_samples};
 use crate::twin::{Finding, Gain, Model};
 
 /// Fewest turns, and the share of them that has to say the same.
-const FEWEST: usize = 4;
+pub(super) const FEWEST: usize = 4;
 const COMMON: f64 = 0.7;
 /// Log-likelihood, nats, over a plain turn, and over what else would turn it round slowly.
 const CLEAR: f64 = 20.0;
@@ -29,6 +29,8 @@ const EVEN: f64 = 0.01;
 const HEAVIER: f64 = 0.3;
 /// Readings of one turn that are as good as independent, at most.
 const FREE: f64 = 15.0;
+/// How well it is known when a hand sets out, s.
+const SETS_OUT: f64 = 3e-3;
 /// The least time of a pole, s.
 const POLE: f64 = 12e-3;
 /// Share of a way that a hand may give, with two standard deviations.
@@ -144,13 +146,6 @@ pub(super) fn turning_back(capture: &Capture, segmented: &[Segmented], model: &M
     bristles(&drags(capture, segmented, model))
 }
 
-/// Whether hands turned back so often, with what they hold tracked, that friction which turns round over a way would show.
-pub(super) fn tells_bristles(capture: &Capture, segmented: &[Segmented], model: &Model) -> bool {
-    let all = drags(capture, segmented, model);
-    let tracked = all.iter().filter(|d| !d.held_out && !d.tracked.is_empty());
-    tracked.map(|d| d.turns().count()).sum::<usize>() >= FEWEST
-}
-
 /// Way after a turn on which friction is not that of what slides, m.
 pub(super) fn way_of(turned: &Option<Bristles>) -> f64 {
     turned.as_ref().and_then(Bristles::way).unwrap_or(0.0)
@@ -204,6 +199,7 @@ fn of_body(drags: &[&Drag]) -> Option<Bristles> {
         return None;
     }
     let sd = spread(&fitted, *rule, *size, total(left), &worth)?;
+    let sd = if *rule == Rule::Late { sd.hypot(SETS_OUT) } else { sd };
     let held = turns(drags, true);
     let judged = if held.is_empty() { &fitted } else { &held };
     let rms = |rule: Rule, size: f64| {

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::bristles::FEWEST;
 use super::predict::Scene;
 use crate::capture::{Capture, Interaction, Kind, PoseStream, Segmented};
 use crate::math::{interpolate, local_quadratic, median, quantile};
@@ -239,6 +240,13 @@ pub(super) fn apart(drag: &Drag) -> Vec<[f64; 2]> {
     let each = drag.tracked.iter();
     each.filter_map(|[t, x]| Some([*t, interpolate(&time, &way, *t)? - x]))
         .collect()
+}
+
+/// Whether hands turned back so often, with what they hold tracked, that friction which turns round over a way would show.
+pub(super) fn tells_bristles(capture: &Capture, segmented: &[Segmented], model: &Model) -> bool {
+    let all = drags(capture, segmented, model);
+    let tracked = all.iter().filter(|d| !d.held_out && !d.tracked.is_empty());
+    tracked.map(|d| d.turns().count()).sum::<usize>() >= FEWEST
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 
 use super::aloft::tells_across;
 use super::asking::Has;
-use super::bristles::tells_bristles;
 use super::contact_law::tells_its_law;
 use super::coupling::tells_coupling;
 use super::delay::tells_delay;
@@ -18,6 +17,7 @@ use super::joint_lag::joints_tell_lag;
 use super::naming::Ladder;
 use super::offset::tells_centre;
 use super::onset::{Onset, begin_slowly, onsets};
+use super::reversals::tells_bristles;
 use super::sensor_lag::tells_lag;
 use super::sinking::tells_sinking;
 use super::tares::tells_tare;

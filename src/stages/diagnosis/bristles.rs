@@ -5,15 +5,14 @@
 //! turn is `L z + c + (m + e) s''`; level, tare and the inertia that nobody weighed are its own, the rule is that of all. A hand that
 //! gives feigns a way: what is tracked has to follow it.
 
-use nalgebra::{DMatrix, DVector};
-
-use super::reversal_rules::{RULES, Rule, STEP, TIMES, WAYS, cause};
+use super::Config;
+use super::reversal_rules::{RULES, Rule, STEP, TIMES, Turn, WAYS, cause};
 use super::reversals::{Drag, apart, drags};
 use super::sensor_lag::SensorLag;
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::capture::{Capture, Segmented};
-use crate::math::{bayesian_linear, effective_samples};
+use crate::math::effective_samples;
 use crate::twin::{Finding, Gain, Model};
 
 /// Fewest turns, and the share of them that has to say the same.
@@ -24,9 +23,6 @@ const CLEAR: f64 = 20.0;
 const BETTER: f64 = 10.0;
 /// Parts of a step in which the best size is sought.
 const FINER: i32 = 10;
-/// What the plain model leaves open of the force, as a share of its level, and of the mass.
-const EVEN: f64 = 0.01;
-const HEAVIER: f64 = 0.3;
 /// Readings of one turn that are as good as independent, at most.
 const FREE: f64 = 15.0;
 /// How well it is known when a hand sets out, s.
@@ -35,42 +31,6 @@ const SETS_OUT: f64 = 3e-3;
 const POLE: f64 = 12e-3;
 /// Share of a way that a hand may give, with two standard deviations.
 const GIVES: f64 = 0.3;
-
-/// A turn of a drag.
-struct Turn<'a> {
-    drag: &'a Drag,
-    stretch: usize,
-}
-
-impl Turn<'_> {
-    /// What is left of the force about it, N, by the share of friction at each moment.
-    fn left(&self, share: &[f64]) -> Option<Vec<f64>> {
-        let rows: Vec<usize> = self.drag.about(self.stretch).collect();
-        let moments = &self.drag.moments;
-        let force = DVector::from_iterator(
-            rows.len(),
-            rows.iter()
-                .map(|i| moments[*i].force - self.drag.mass * moments[*i].acceleration),
-        );
-        let size = force.amax().max(1e-9);
-        let columns = DMatrix::from_fn(rows.len(), 3, |i, k| match k {
-            0 => share[rows[i]],
-            1 => 1.0,
-            _ => self.drag.mass * moments[rows[i]].acceleration,
-        });
-        let weights = DVector::from_element(rows.len(), (EVEN * size).hypot(self.drag.noise).powi(-2));
-        let open = DVector::from_column_slice(&[3.0 * size, 3.0 * size, HEAVIER]);
-        let fit = bayesian_linear(&columns, &force, &weights, &DVector::zeros(3), &open)?;
-        Some(fit.residuals.iter().copied().collect())
-    }
-
-    /// What the plain model leaves open of it, N.
-    fn open(&self) -> f64 {
-        let forces = self.drag.about(self.stretch).map(|i| self.drag.moments[i].force);
-        let [low, high] = forces.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], f| [l.min(f), h.max(f)]);
-        EVEN * 0.5 * (high - low)
-    }
-}
 
 fn square(left: &[f64]) -> f64 {
     left.iter().map(|x| x * x).sum()
@@ -142,8 +102,11 @@ pub(super) struct Bristles {
 }
 
 /// How the force turns round with the hands of a capture; nothing where it does so at once, or no rule is clear.
-pub(super) fn turning_back(capture: &Capture, segmented: &[Segmented], model: &Model) -> Option<Bristles> {
-    bristles(&drags(capture, segmented, model))
+pub(super) fn turning_back(
+    (capture, segmented, model): (&Capture, &[Segmented], &Model),
+    config: &Config,
+) -> Option<Bristles> {
+    bristles(&drags(capture, segmented, model)).filter(|b| cause(b.rule).is_some_and(|c| config.allows(c)))
 }
 
 /// Way after a turn on which friction is not that of what slides, m.
@@ -365,31 +328,57 @@ mod tests {
         (0..6).map(of).collect()
     }
 
+    /// The force over its level at each moment by small steps of `rate`, which has the speed and what it was.
+    fn by_steps(drag: &Drag, rate: &dyn Fn(f64, f64) -> f64) -> Vec<f64> {
+        let (mut z, mut out) = (0.0, Vec::new());
+        for m in &drag.moments {
+            out.push(z);
+            (0..100).for_each(|_| z += 0.01 * drag.step * rate(m.speed, z));
+        }
+        out
+    }
+
     #[test]
     fn friction_that_turns_round_over_a_way_is_told_from_clocks_and_hands_that_give() {
-        let bends = |drag: &Drag| Rule::Bending.share(drag, 4e-4);
+        let bends = |drag: &Drag| by_steps(drag, &|v: f64, z: f64| (v - v.abs() * z) / 4e-4);
         let found = bristles(&pulls(&bends, 0.0))
             .expect("bristles")
             .presliding()
             .expect("named");
         let way = &found.parameters["way"];
         assert!(
-            (way.value / Rule::Bending.whole(4e-4) - 1.0).abs() < 0.1 && way.sd.is_some_and(|sd| sd < 0.1 * way.value),
+            (way.value / (5.0_f64.ln() / 0.8 * 4e-4) - 1.0).abs() < 0.1
+                && way.sd.is_some_and(|sd| sd < 0.1 * way.value),
             "{way:?}"
         );
         // What a hand that gives does is not what the body does.
         assert!(bristles(&pulls(&bends, 3e-4)).is_none());
-        let late = |drag: &Drag| Rule::Late.share(drag, 0.03);
+        let late = |drag: &Drag| {
+            let before = |i: usize| drag.moments[i.saturating_sub((0.03 / drag.step).round() as usize)].speed;
+            (0..drag.moments.len()).map(|i| before(i).signum()).collect()
+        };
         let found = bristles(&pulls(&late, 0.0)).expect("a delay").delay().expect("named");
         assert!((found.parameters["tau"].value + 0.03).abs() < 4e-3, "{found:?}");
-        let lags = |drag: &Drag| Rule::Lagging.share(drag, 0.04);
+        let lags = |drag: &Drag| by_steps(drag, &|v: f64, z: f64| (v.signum() - z) / 0.04);
         let found = bristles(&pulls(&lags, 0.0)).expect("a lag").lag().expect("named");
         assert!((found.seconds.0 - 0.04).abs() < 4e-3, "{found:?}");
     }
 
     #[test]
     fn what_turns_round_at_once_or_with_the_speed_is_none() {
-        assert!(bristles(&pulls(&|drag: &Drag| Rule::Late.share(drag, 0.0), 0.0)).is_none());
-        assert!(bristles(&pulls(&|drag: &Drag| Rule::Slow.share(drag, 2e-3), 0.0)).is_none());
+        assert!(
+            bristles(&pulls(
+                &|drag: &Drag| drag.moments.iter().map(|m| m.speed.signum()).collect(),
+                0.0
+            ))
+            .is_none()
+        );
+        assert!(
+            bristles(&pulls(
+                &|drag: &Drag| drag.moments.iter().map(|m| (m.speed / 2e-3).tanh()).collect(),
+                0.0
+            ))
+            .is_none()
+        );
     }
 }

@@ -241,7 +241,7 @@ fn name_causes(
     let lost = rounded_away(faults);
     let begun = onsets(capture, segmented, model);
     let all: Vec<Onset> = begun.iter().flat_map(|(_, all)| all.iter().cloned()).collect();
-    let turned = turning_back(capture, segmented, model);
+    let turned = turning_back((capture, segmented, model), config);
     let lag = lag_of_all((capture, segmented, model), &all, &turned).filter(|_| config.allows("sensor-lag"));
     // Presses tell the lag beside what gives, as it was read.
     let presses = Presses::new(capture, segmented, model).map(|p| p.rounded(lost));

@@ -1,6 +1,9 @@
-//! Rules by which a force turns round where a hand turns back: over a way, after a time, with the speed.
+//! Rules by which a force turns round where a hand turns back, over a way, after a time, with the speed; and what they leave of a turn.
+
+use nalgebra::{DMatrix, DVector};
 
 use super::reversals::Drag;
+use crate::math::bayesian_linear;
 
 /// The least and the longest way, m, and time, s, that is told.
 pub(super) const WAYS: [f64; 2] = [2e-5, 4e-3];
@@ -82,7 +85,7 @@ impl Rule {
     /// Way or time at which it would be up in full, told by when most of it is.
     pub fn whole(self, size: f64) -> f64 {
         match self {
-            Self::Bending => -size * (0.5 * (1.0 - UP)).ln() / UP / 2.0,
+            Self::Bending => -size * (1.0 - UP).ln() / UP,
             _ => size,
         }
     }
@@ -95,5 +98,45 @@ pub(super) fn cause(rule: Rule) -> Option<&'static str> {
         Rule::Late => Some("time-delay"),
         Rule::Lagging => Some("sensor-lag"),
         Rule::Slow => None,
+    }
+}
+
+/// What the plain model leaves open of the force, as a share of its level, and of the mass.
+const EVEN: f64 = 0.01;
+const HEAVIER: f64 = 0.3;
+
+/// A turn of a drag.
+pub(super) struct Turn<'a> {
+    pub drag: &'a Drag,
+    pub stretch: usize,
+}
+
+impl Turn<'_> {
+    /// What is left of the force about it, N, by the share of friction at each moment.
+    pub fn left(&self, share: &[f64]) -> Option<Vec<f64>> {
+        let rows: Vec<usize> = self.drag.about(self.stretch).collect();
+        let moments = &self.drag.moments;
+        let force = DVector::from_iterator(
+            rows.len(),
+            rows.iter()
+                .map(|i| moments[*i].force - self.drag.mass * moments[*i].acceleration),
+        );
+        let size = force.amax().max(1e-9);
+        let columns = DMatrix::from_fn(rows.len(), 3, |i, k| match k {
+            0 => share[rows[i]],
+            1 => 1.0,
+            _ => self.drag.mass * moments[rows[i]].acceleration,
+        });
+        let weights = DVector::from_element(rows.len(), (EVEN * size).hypot(self.drag.noise).powi(-2));
+        let open = DVector::from_column_slice(&[3.0 * size, 3.0 * size, HEAVIER]);
+        let fit = bayesian_linear(&columns, &force, &weights, &DVector::zeros(3), &open)?;
+        Some(fit.residuals.iter().copied().collect())
+    }
+
+    /// What the plain model leaves open of it, N.
+    pub fn open(&self) -> f64 {
+        let forces = self.drag.about(self.stretch).map(|i| self.drag.moments[i].force);
+        let [low, high] = forces.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], f| [l.min(f), h.max(f)]);
+        EVEN * 0.5 * (high - low)
     }
 }

@@ -63,6 +63,9 @@ fn jump(interaction: &Interaction, track: &PoseStream) -> Option<Jump> {
     let at = |k: usize| {
         let before = &known[k - SIDE..k];
         let after = &known[k..k + SIDE];
+        if (track.position[known[k]] - track.position[known[k - 1]]).norm() < 0.5 * LEAST {
+            return None;
+        }
         let [last, first] = [track.time[*before.last()?], track.time[*after.first()?]];
         if first - last > GAP * step
             || track.time[after[SIDE - 1]] - track.time[before[0]] > 2.0 * GAP * SIDE as f64 * step

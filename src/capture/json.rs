@@ -69,16 +69,17 @@ pub(super) struct SupportJson {
 #[serde(deny_unknown_fields)]
 pub(super) struct FrictionJson {
     /// Static coefficient.
-    #[serde(rename = "static")]
+    #[serde(rename = "static", default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub static_: f64,
+    pub static_: Option<f64>,
     /// Its standard deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub static_sd: Option<f64>,
     /// Kinetic coefficient.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
-    pub kinetic: f64,
+    pub kinetic: Option<f64>,
     /// Its standard deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]

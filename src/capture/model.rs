@@ -56,11 +56,11 @@ pub struct Support {
 #[derive(Clone, Copy, Debug)]
 pub struct SupportFriction {
     /// Static coefficient.
-    pub static_: f64,
+    pub static_: Option<f64>,
     /// Its standard deviation.
     pub static_sd: Option<f64>,
     /// Kinetic coefficient.
-    pub kinetic: f64,
+    pub kinetic: Option<f64>,
     /// Its standard deviation.
     pub kinetic_sd: Option<f64>,
 }

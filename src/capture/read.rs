@@ -264,6 +264,17 @@ fn support(folder: &Folder, s: &SupportJson) -> Result<Support> {
             "a unit vector",
         )
     })?;
+    for (name, value, sd) in s
+        .friction
+        .iter()
+        .flat_map(|f| [("static", f.static_, f.static_sd), ("kinetic", f.kinetic, f.kinetic_sd)])
+    {
+        if let (None, Some(sd)) = (value, sd) {
+            let place = format!("support.friction.{name}_sd");
+            let expected = format!("the coefficient {name} beside its standard deviation");
+            return Err(Error::bad_input(&folder.json, place, sd.to_string(), expected));
+        }
+    }
     let friction = s.friction.as_ref().map(|f| SupportFriction {
         static_: f.static_,
         static_sd: f.static_sd,

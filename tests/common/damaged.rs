@@ -143,6 +143,7 @@ fn of_the_scene() -> Vec<Damage> {
         "support-without-point": |f| remove(f, "/support/point") => "capture.json", "support.point: found nothing";
         "negative-friction": |f| set(f, "/support/friction/static", json!(-0.1)) => "capture.json", "support.friction.static: found -0.1";
         "friction-spread-of-zero": |f| set(f, "/support/friction/static_sd", json!(0)) => "capture.json", "support.friction.static_sd: found 0";
+        "friction-spread-alone": |f| remove(f, "/support/friction/static") => "capture.json", "support.friction.static_sd: found 0.02, expected the coefficient static";
         "camera-twice": |f| json(f, |v| { let c = v["cameras"][0].clone(); v["cameras"].as_array_mut().expect("a list").push(c) })
             => "capture.json", "cameras[1].name: found `wrist` a second time";
         "focal-length-of-zero": |f| set(f, "/cameras/0/fx", json!(0)) => "capture.json", "cameras[0].fx: found 0, expected a number above 0";

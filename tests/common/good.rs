@@ -137,9 +137,9 @@ pub fn good(images: &Path) -> Capture {
         poses: None,
     });
     let friction = SupportFriction {
-        static_: 0.4,
+        static_: Some(0.4),
         static_sd: Some(0.02),
-        kinetic: 0.35,
+        kinetic: Some(0.35),
         kinetic_sd: None,
     };
     let body = BodyPrior {

@@ -59,9 +59,8 @@ impl Before<'_> {
 
     /// Assumed kinetic friction and its standard deviation.
     pub fn kinetic(&self, config: &Config) -> (f64, f64) {
-        let given = self
-            .support_friction
-            .map(|f| (f.kinetic, f.kinetic_sd.unwrap_or(0.05 * f.kinetic)));
+        let known = |f: SupportFriction| Some((f.kinetic?, f.kinetic_sd.unwrap_or(0.05 * f.kinetic?)));
+        let given = self.support_friction.and_then(known);
         given.or(self.table.map(|t| t.0)).unwrap_or(config.friction_prior)
     }
 
@@ -348,7 +347,8 @@ fn unparted(link: &mut Link, force: &Estimate, before: &Before, g: f64, config: 
         known: "friction_force.kinetic".into(),
         experiment: "lift it once (weigh it), or tilt the support until it slides".into(),
     };
-    let given = before.support_friction.is_some();
+    let given = before.support_friction.is_some_and(|f| f.kinetic.is_some());
+    let given_static = before.support_friction.and_then(|f| Some((f.static_?, f.static_sd)));
     let mut found = positive(log.exp(), relative, "kg", force.from.clone(), "push-kinetic");
     let value = force.value / (log.exp() * g);
     let mut friction = positive(value, relative, "1", force.from.clone(), "push-kinetic");
@@ -377,8 +377,8 @@ fn unparted(link: &mut Link, force: &Estimate, before: &Before, g: f64, config: 
     }
     link.mass = Some(found);
     link.friction.kinetic = Some(friction);
-    if let (Some(f), None) = (before.support_friction, &link.friction.static_) {
-        link.friction.static_ = Some(Estimate::known(f.static_, f.static_sd, "1"));
+    if let (Some((value, sd)), None) = (given_static, &link.friction.static_) {
+        link.friction.static_ = Some(Estimate::known(value, sd, "1"));
     } else if let (Some((_, s)), None) = (before.table, &link.friction.static_) {
         link.friction.static_ = Some(Estimate::assumed(s.0, s.1, "1", "materials-table"));
     }
@@ -387,9 +387,11 @@ fn unparted(link: &mut Link, force: &Estimate, before: &Before, g: f64, config: 
 /// Friction given in the capture is passed on for a body that was touched.
 fn note_given_friction(link: &mut Link, before: &Before) {
     if let (Some(f), true) = (before.support_friction, link.mass.is_some()) {
-        link.friction.kinetic = Some(Estimate::known(f.kinetic, f.kinetic_sd, "1"));
-        link.friction
-            .static_
-            .get_or_insert(Estimate::known(f.static_, f.static_sd, "1"));
+        if let Some(kinetic) = f.kinetic {
+            link.friction.kinetic = Some(Estimate::known(kinetic, f.kinetic_sd, "1"));
+        }
+        if let (Some(value), None) = (f.static_, &link.friction.static_) {
+            link.friction.static_ = Some(Estimate::known(value, f.static_sd, "1"));
+        }
     }
 }

@@ -51,7 +51,7 @@ pub fn infer(
         let known = capture.support.as_ref().and_then(|s| s.friction);
         let plain = Space::new(
             config,
-            known.map(|f| (f.kinetic, f.kinetic_sd.unwrap_or(0.05 * f.kinetic))),
+            known.and_then(|f| Some((f.kinetic?, f.kinetic_sd.unwrap_or(0.05 * f.kinetic?)))),
         );
         let material = capture.prior(&bench.name).and_then(|b| b.material.as_deref());
         let shape = ShapeClass::of(&bench.solid);

@@ -6,6 +6,8 @@
 //! independent samples, from the lag-one correlation of the residuals, so that slow systematic errors of the
 //! tracks do not pass for proof.
 
+use std::f64::consts::TAU;
+
 use rayon::prelude::*;
 
 use super::fit::{Fit, fit};
@@ -151,7 +153,25 @@ fn seen_range(fit: &Fit) -> f64 {
     let [low, high] = positions.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], (z, sd)| {
         [l.min(z - 3.0 * sd), h.max(z + 3.0 * sd)]
     });
-    (high - low).max(1e-12)
+    let range = high - low;
+    let range = match fit.manifold.kind {
+        // A hinge's angle ends at half a turn and begins again at minus that.
+        JointKind::Revolute => range.min(arc(fit.projections.iter().map(|p| p.z[0]))),
+        _ => range,
+    };
+    range.max(1e-12)
+}
+
+/// The shortest arc that holds all of these angles, rad.
+fn arc(angles: impl Iterator<Item = f64>) -> f64 {
+    let mut all: Vec<f64> = angles.map(|z| z.rem_euclid(TAU)).collect();
+    all.sort_by(f64::total_cmp);
+    let round = all
+        .first()
+        .zip(all.last())
+        .map_or(TAU, |(first, last)| first + TAU - last);
+    let widest = all.windows(2).map(|w| w[1] - w[0]).fold(round, f64::max);
+    TAU - widest
 }
 
 const HALF_LOG_TAU: f64 = 0.918_938_533_204_672_7;

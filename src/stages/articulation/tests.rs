@@ -150,8 +150,12 @@ fn made(kind: JointKind) -> (Manifold, [[f64; 3]; 3]) {
 
 /// Three runs of a joint whose base glides along, in a world frame that is turned.
 fn jointed(kind: JointKind, noise: TrackNoise, seed: u64) -> (Capture, Isometry3<f64>) {
+    moved_to(&made(kind), noise, seed)
+}
+
+/// The same to other ends.
+fn moved_to((manifold, ends): &(Manifold, [[f64; 3]; 3]), noise: TrackNoise, seed: u64) -> (Capture, Isometry3<f64>) {
     let mut rng = rng_for(Seed(seed), "joint");
-    let (manifold, ends) = made(kind);
     let base = Isometry3::from_parts(Vector3::new(0.3, -0.1, 0.2).into(), turn(Vector3::z(), 0.7));
     let mut runs = Vec::new();
     for (k, end) in ends.iter().enumerate() {
@@ -219,6 +223,15 @@ fn axis_and_origin_lie_in_their_intervals_at_the_stated_rate() {
         }
     }
     assert!(inside * 100 >= all * 88, "{inside} of {all}");
+}
+
+#[test]
+fn a_hinge_that_turns_by_more_than_half_a_turn_is_no_screw() {
+    let (manifold, _) = made(JointKind::Revolute);
+    let ends = [[3.2, 0.0, 0.0], [1.5, 0.0, 0.0], [-0.4, 0.0, 0.0]];
+    let (capture, _) = moved_to(&(manifold, ends), LEVELS[1], 3);
+    let joints = joints_of(&capture);
+    assert_eq!(joints[0].kind, JointKind::Revolute, "{:?}", joints[0]);
 }
 
 #[test]

@@ -119,6 +119,17 @@ fn turned_about(path: &PoseStream, axis: &UnitVector3<f64>) -> Vec<f64> {
     freed(&path.time, &seen).map_or(seen, |f| f.values)
 }
 
+/// How far the face of a box that goes ahead is from its middle, m; nothing where its orientation is not known.
+fn ahead(half: &Vector3<f64>, path: &PoseStream) -> Option<f64> {
+    let from = path.position.iter().find(|p| p.iter().all(|x| x.is_finite()))?;
+    let gone = |i: &usize| (path.position[*i] - from).norm();
+    let known = (0..path.len()).filter(|i| gone(i).is_finite());
+    let farthest = known.max_by(|a, b| gone(a).total_cmp(&gone(b)))?;
+    let way = path.rotation[farthest]?.inverse() * (path.position[farthest] - from).try_normalize(1e-6)?;
+    let leaves = |k: &usize| half[*k] / way[*k].abs().max(1e-9);
+    (0..3).min_by(|a, b| leaves(a).total_cmp(&leaves(b))).map(|k| half[k])
+}
+
 /// The command of a push, pull, press or lift; nothing where tool or path are missing.
 pub fn action_of(
     capture: &Capture,
@@ -134,7 +145,7 @@ pub fn action_of(
         .or_else(|| interaction.tracks.keys().next().cloned())?;
     let radius = match &tool.shape {
         ToolShape::Sphere { radius } | ToolShape::Cylinder { radius, .. } => *radius,
-        ToolShape::Box { half } => half.x.min(half.y),
+        ToolShape::Box { half } => ahead(half, path).unwrap_or(half.x.min(half.y)),
         ToolShape::Mesh(_) => 0.0,
     };
     let hold = match (tool.grip, tool.pin) {
@@ -160,4 +171,25 @@ pub fn action_of(
         gravity: -capture.gravity.dot(&normal),
         normal,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_goes_ahead_with_the_face_that_its_path_leaves_it_through() {
+        let path = |turn: f64| PoseStream {
+            time: vec![0.0, 1.0],
+            position: vec![Point3::origin(), Point3::new(0.05, 0.0, 0.0)],
+            rotation: vec![Some(UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn)); 2],
+        };
+        let half = Vector3::new(0.012, 0.004, 0.01);
+        let reach = |turn: f64| ahead(&half, &path(turn)).expect("a face");
+        assert!((reach(0.0) - 0.012).abs() < 1e-12 && (reach(0.2) - 0.012).abs() < 1e-12);
+        assert!((reach(1.5) - 0.004).abs() < 1e-12);
+        let mut unknown = path(0.0);
+        unknown.rotation = vec![None; 2];
+        assert!(ahead(&half, &unknown).is_none());
+    }
 }

@@ -17,7 +17,7 @@ use scenes::{Case, Sort, case};
 
 /// A scene of the blind bench with a narrow protocol, or as it was drawn.
 fn diagnosed(number: u64, only: Option<Sort>) -> (Case, Run) {
-    let case = case(number, only);
+    let case = case(number, only, None);
     let made = synthesise(&case.scene, Path::new("."), Seed(number), &Progress::silent()).expect("a capture");
     let run = build(&made.capture, &Options::default(), &Progress::silent()).expect("a twin");
     (case, run)
@@ -104,7 +104,7 @@ fn a_twist_aloft_tells_an_uneven_density_from_an_offset_centre() {
         ("com-offset", 79005, 1.3),
     ];
     for (cause, number, strength) in hidden {
-        let mut case = case(number, Some(Sort::Clean));
+        let mut case = case(number, Some(Sort::Clean), None);
         case.scene.hide = vec![HideSpec {
             cause: cause.into(),
             strength,

@@ -1,5 +1,5 @@
 //! The diagnosis on scenes of the lab that hide an effect, two, or none, without the truth:
-//! `cargo bench --bench blind -- [CASES] [first=N] [only=clean|single|outside|pair|narrow] [quiet] [calibrate] [keep=FOLDER]`. Where it
+//! `cargo bench --bench blind -- [CASES] [first=N] [only=clean|single|outside|pair|narrow] [scene=NAME] [quiet] [calibrate] [keep=FOLDER]`. Where it
 //! could not tell the hidden cause from others the experiments that it asks for are made, up to three. `calibrate` prints what other
 //! temperatures of the odds would have stated.
 //!
@@ -44,10 +44,11 @@ fn main() {
         _ => Sort::Narrow,
     });
     let keep = words.iter().find_map(|w| w.strip_prefix("keep="));
+    let scene = words.iter().find_map(|w| w.strip_prefix("scene="));
     let quiet = words.iter().any(|w| w == "quiet");
     let mut seen = Vec::new();
     for number in first..first + cases {
-        let case = case(number, only);
+        let case = case(number, only, scene);
         match judge(&case, number, keep) {
             Some(one) => {
                 if !quiet || (one.sort == Sort::Clean && !one.named.is_empty()) {

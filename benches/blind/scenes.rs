@@ -24,8 +24,8 @@ pub struct Case {
     pub strength: f64,
 }
 
-/// The case of a number: a quarter clean, strengths over a factor 16.
-pub fn case(number: u64, only: Option<Sort>) -> Case {
+/// The case of a number, of this scene or of one that is drawn: a quarter clean, strengths over a factor 16.
+pub fn case(number: u64, only: Option<Sort>, scene: Option<&str>) -> Case {
     let mut dice = rng_for(Seed(number), "blind case");
     let sort = only.unwrap_or_else(|| match dice.random_range(0..20_u8) {
         0..5 => Sort::Clean,
@@ -35,7 +35,8 @@ pub fn case(number: u64, only: Option<Sort>) -> Case {
         _ => Sort::Narrow,
     });
     let names = ["probe-pushes", "probe-pushes", "probe-presses", "probe-hinge"];
-    let mut scene = scene_named(names.choose(&mut dice).expect("a name")).expect("a built-in scene");
+    let drawn = names.choose(&mut dice).expect("a name");
+    let mut scene = scene_named(scene.unwrap_or(drawn)).expect("a built-in scene");
     vary(&mut scene, &mut dice, number);
     if sort == Sort::Narrow {
         narrow(&mut scene);

@@ -22,6 +22,7 @@ const SCENES: &[(&str, &str)] = &[
     scene!("glued-stack"),
     scene!("hinge"),
     scene!("mug"),
+    scene!("probe-drags"),
     scene!("probe-hinge"),
     scene!("probe-loads"),
     scene!("probe-pair"),

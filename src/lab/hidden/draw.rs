@@ -116,6 +116,7 @@ impl Draw {
                 force: self.say("force", 2.2 * s),
                 length: self.uniform("length", 1.5e-3, 3e-3),
                 start: None,
+                drawn: 0.0,
                 whole: false,
             },
             "loose-mass" => SlideLaw::LooseMass {

@@ -78,6 +78,8 @@ pub(in crate::lab) enum SlideLaw {
         force: f64,
         length: f64,
         start: Option<Vector2<f64>>,
+        /// How far it was drawn out, m: what is torn pulls no more on the way back.
+        drawn: f64,
         whole: bool,
     },
     /// A thing in the way: a mass with friction that is met at `at` along `way`.
@@ -255,11 +257,14 @@ impl SlideLaw {
                 force,
                 length,
                 start,
+                drawn,
                 whole,
             } => {
                 let away = place - *start.get_or_insert(place);
                 let far = away.norm();
-                if !*whole || far < 1e-12 {
+                let back = far < *drawn - 1e-4;
+                *drawn = drawn.max(far);
+                if !*whole || back || far < 1e-12 {
                     return Vector3::zeros();
                 }
                 let size = *force * (far / 1e-4).min(1.0) * (1.0 - far / (2.0 * *length)).max(0.0);

@@ -7,8 +7,9 @@ use super::*;
 use crate::base::{Progress, Seed};
 use crate::lab::{HideSpec, Scene, Synthetic, scene_named, synthesise};
 
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 7] = [
     "probe-pushes",
+    "probe-drags",
     "probe-rolls",
     "probe-loads",
     "probe-presses",

@@ -12,7 +12,7 @@ use super::sensor_lag::SensorLag;
 use super::told::{Told, gain};
 use crate::base::Estimate;
 use crate::capture::{Capture, Segmented};
-use crate::math::effective_samples;
+use crate::math::{effective_samples, median};
 use crate::twin::{Finding, Gain, Model};
 
 /// Fewest turns, and the share of them that has to say the same.
@@ -183,7 +183,8 @@ fn of_body(drags: &[&Drag]) -> Option<Bristles> {
         nats,
         gain: gain("force", "N", errors, names(&held)),
     };
-    (errors[1] < errors[0] && out.within() && (!out.over_a_way() || follows(&fitted, *rule, *size))).then_some(out)
+    let on_bristles = || resolved(&fitted, *rule, *size) && follows(&fitted, *rule, *size);
+    (errors[1] < errors[0] && out.within() && (!out.over_a_way() || on_bristles())).then_some(out)
 }
 
 /// The standard deviation of a size, by how far on either side half a nat is lost; what the rule leaves open beside it.
@@ -198,6 +199,12 @@ fn spread(turns: &[Turn], rule: Rule, size: f64, most: f64, worth: &Worth) -> Op
         both.fold(f64::INFINITY, f64::min) > 0.5
     });
     told.map(|share| (share * size).abs())
+}
+
+/// Whether most turns show more of the way over which the force turns round than smoothing the hand's path makes of a sudden turn.
+fn resolved(turns: &[Turn], rule: Rule, size: f64) -> bool {
+    let blurs: Vec<f64> = turns.iter().map(|t| t.drag.blur(t.stretch)).collect();
+    median(&blurs).is_some_and(|blur| rule.whole(size) > blur)
 }
 
 /// Whether the body follows the hand on the way over which the force turns round.

@@ -26,6 +26,7 @@ use super::one_way::one_way;
 use super::onset::{Onset, onset_findings, onsets};
 use super::play::play_findings;
 use super::predict::trace_of;
+use super::press_closer::stiffer_than_its_bond;
 use super::presses::Presses;
 use super::pushes::Pushes;
 use super::ripples::swinging;
@@ -42,6 +43,7 @@ use super::tosses::of_all_bodies;
 use super::turns::Turns;
 use super::uneven::{spun, twisted};
 use super::verdict::concluded;
+use super::wavering::wavering;
 use super::weights::{weights_differ, within_range};
 use super::white::whiteness;
 use super::{Config, Trace, asking};
@@ -147,8 +149,9 @@ pub fn diagnose(
     findings.extend(tare_finding(capture, segmented, &findings));
     keep_what_stands(&mut findings, config);
     curves.left_beside(swerves(capture, &slid, &findings));
-    curves.left_beside(bursts(&slid, &findings));
+    curves.left_beside(bursts(&slid, &findings).or_else(|| wavering((capture, model), &slid, &findings)));
     curves.left_beside(knocked(capture, &mut findings).or_else(|| slipped(capture)));
+    curves.left_beside(super::rotors::spins_within(capture, segmented));
     curves.left_beside(super::heavier::heavier_by_and_by(capture, segmented, &findings));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
@@ -228,6 +231,7 @@ fn keep_what_stands(findings: &mut Vec<Finding>, config: &Config) {
     within_range(findings);
     findings.retain(|f| config.allows(&f.cause));
     as_one(findings);
+    stiffer_than_its_bond(findings);
 }
 
 /// Causes that pushes, presses and motions of joints show, and what would tell apart those that these data cannot.
@@ -247,6 +251,9 @@ fn name_causes(
     let presses = Presses::new(capture, segmented, model).map(|p| p.rounded(lost));
     let undone = lag.as_ref().map(|lag| lag.undone(capture));
     let capture = undone.as_ref().unwrap_or(capture);
+    let turned = undone
+        .as_ref()
+        .map_or(turned, |c| turning_back((c, segmented, model), config));
     let pushes = Pushes::new((capture, segmented, model), way_of(&turned)).map(|p| p.rounded(lost));
     let mut loads = Loads::beside(turned);
     let wandering = moving_axes(capture, model, config, &mut loads);

@@ -198,6 +198,13 @@ pub struct Sheet {
 /// Name, unit, and values over all channels of a group, NaN where not defined.
 pub type Covariate = (&'static str, &'static str, Vec<f64>);
 
+/// The interactions of some groups, each once: a hand that goes to and fro makes several groups of one.
+pub fn interactions(family: &dyn Family, groups: &[usize]) -> Vec<String> {
+    let mut names: Vec<String> = groups.iter().map(|g| family.groups()[*g].name.clone()).collect();
+    names.dedup();
+    names
+}
+
 /// A kind of experiment with its plain model and its laws.
 pub trait Family: Sync {
     fn sheet(&self) -> &Sheet;

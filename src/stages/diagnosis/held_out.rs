@@ -2,7 +2,7 @@
 
 use super::alike::{acts_at_a_place, on_the_table};
 use super::evidence::{foretold, paired};
-use super::family::{Family, Scatter};
+use super::family::{Family, Scatter, interactions};
 use super::fit::{Fit, fit, parameters};
 use super::judges::{moved, silent};
 use super::leftover::left_over;
@@ -328,7 +328,7 @@ pub fn gain(family: &dyn Family, before: &Fit, after: &Fit, kind: usize, anew: b
         rmse_before,
         rmse_after,
         unit: quantity.unit().into(),
-        held_out: held.iter().map(|g| family.groups()[*g].name.clone()).collect(),
+        held_out: interactions(family, &held),
         reduction,
         of: family.samples_are().into(),
         noise: (floor > 0.0).then_some(floor),

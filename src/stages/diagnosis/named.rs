@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::alike::acts_at_a_place;
-use super::family::{Family, Law, Parameter};
+use super::family::{Family, Law, Parameter, interactions};
 use super::fit::Fit;
 use super::held_out::{gain, refit};
 use super::naming::{Ladder, Taken};
@@ -130,7 +130,7 @@ fn form_doubt(family: &dyn Family, ladder: &Ladder, law: usize) -> f64 {
 
 fn estimates(family: &dyn Family, ladder: &Ladder, law: usize) -> BTreeMap<String, Estimate> {
     let (fit, form_doubt) = (&ladder.full, form_doubt(family, ladder, law));
-    let from: Vec<String> = fit.groups.iter().map(|g| family.groups()[*g].name.clone()).collect();
+    let from = interactions(family, &fit.groups);
     let form = &family.laws()[law];
     let own = values(family, fit, law);
     // What is left of an effect of one place may be because it is at another, within its reach.

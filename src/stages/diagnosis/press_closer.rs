@@ -3,12 +3,23 @@
 use super::family::{Law, Parameter};
 use super::press_catalogue::{at, law};
 use super::press_laws::form;
+use crate::twin::Finding;
 
 /// Forms with more numbers, which are tried where the one that they extend was taken up.
 pub fn closer_laws(deepest: f64) -> Vec<Law> {
     let mut laws = of_history();
     laws.extend(of_curves(deepest));
     laws
+}
+
+/// A second spring that bears from where the pad is met on is none: it is the bond that draws with another stiffness than the pad presses.
+pub fn stiffer_than_its_bond(findings: &mut Vec<Finding>) {
+    let clings = findings.iter().find(|f| f.cause == "adhesion").map(|f| f.place.clone());
+    let at_the_surface = |f: &Finding| {
+        let from = f.parameters.get("d");
+        from.is_some_and(|d| d.value < 2.0 * d.sd.unwrap_or(0.0))
+    };
+    findings.retain(|f| f.cause != "second-stage" || clings.as_ref() != Some(&f.place) || !at_the_surface(f));
 }
 
 /// (exp(x) − 1)/x − 1: what an exponential spring (Fung 1967) of stiffness 1 at first has more than a straight one, at a depth of `x` of
@@ -105,4 +116,28 @@ fn of_curves(deepest: f64) -> Vec<Law> {
             )
         },
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::Estimate;
+    use crate::stages::diagnosis::told::{gain, one_named};
+
+    #[test]
+    fn a_stage_that_begins_where_the_pad_is_met_is_its_bond() {
+        let named = |cause: &str, from: f64| {
+            let mut finding = one_named(cause, gain("force", "N", [1.0, 0.1], Vec::new()));
+            let from = Estimate::measured(from, 8e-5, "m", Vec::new(), "presses");
+            finding.parameters.insert("d".into(), from);
+            finding
+        };
+        let left = |first: &str, from: f64| {
+            let mut findings = vec![named(first, 0.0), named("second-stage", from)];
+            stiffer_than_its_bond(&mut findings);
+            findings.len()
+        };
+        assert_eq!((left("adhesion", 3e-5), left("adhesion", 1e-3)), (1, 2));
+        assert_eq!(left("stress-relaxation", 3e-5), 2);
+    }
 }

@@ -7,9 +7,9 @@ use super::presses::Presses;
 use crate::twin::Evidence;
 
 /// Fewest spots of one body, the least scatter of their log stiffness, and how many times its doubt that has to be: clean pads of an
-/// outside world came to 0.021 at most, one whose spots differ to 0.095.
+/// outside world came to 0.021 at most, ones whose spots differ to 0.04 and 0.095.
 const SPOTS: usize = 3;
-const UNEVEN: f64 = 0.05;
+const UNEVEN: f64 = 0.03;
 const TOLD: f64 = 4.0;
 
 /// The body whose spots differ most, if some do beyond doubt.

@@ -171,6 +171,12 @@ impl Motion {
         (speed(t + 0.5 * span) - speed(t - 0.5 * span)) / span
     }
 
+    /// The largest such change, m/s², just before or after.
+    pub fn hurry(&self, t: f64, span: f64) -> f64 {
+        let each = HURRY.map(|k| self.acceleration(t + k * span, span).abs());
+        each.into_iter().fold(0.0, f64::max)
+    }
+
     pub fn at(&self, t: f64) -> Moment {
         let i = self.time.partition_point(|x| *x < t).clamp(1, self.time.len() - 1);
         let share = ((t - self.time[i - 1]) / (self.time[i] - self.time[i - 1]).max(1e-9)).clamp(0.0, 1.0);
@@ -217,6 +223,9 @@ pub fn approach(interaction: &Interaction, plane: &[Vector3<f64>; 2], along: &Ve
     let at = |before: f64| interpolate(&path.time, &places, onset - before);
     Some((at(BEFORE[0])? - at(BEFORE[1])?).abs() / (BEFORE[1] - BEFORE[0]))
 }
+
+/// Spans from a moment at which it is asked whether a hand speeds up or slows down.
+const HURRY: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 
 /// Half the time over which it is asked whether a tool goes on, s.
 const GOES_ON: f64 = 0.02;

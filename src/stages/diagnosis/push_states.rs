@@ -10,7 +10,7 @@ use super::push_history::{History, TurnedBack};
 use super::push_loads::{borne, foretold_load, lade};
 use super::push_motion::{Motion, approach, drawn_back, going, going_on, impact, leaves, rise, tool_turn};
 use super::push_ringing::{self, Ringing};
-use super::push_windows::windows;
+use super::push_windows::{beyond_noise, windows};
 use super::rubbing::{Rubbing, rubbing};
 use super::slide_touches::flies;
 use crate::base::Estimate;
@@ -80,6 +80,8 @@ pub struct State {
     pub force: Vector2<f64>,
     /// Force that speeds its mass up, along its heading, N.
     pub inertia: f64,
+    /// The most of it, N, just before and after, of a hand that leads it: where that speeds up and slows down is smoothed.
+    pub hurried: f64,
     /// Size of what may still ring from the blow of the tool, N.
     pub ringing: f64,
     /// The two phases of how the force rings, N.
@@ -116,10 +118,10 @@ pub struct Observed {
     pub states: Vec<State>,
     /// How the tool met it.
     pub blow: Blow,
-    measured: Vec<Vector2<f64>>,
+    pub(super) measured: Vec<Vector2<f64>>,
     pub(super) spread: Vec<f64>,
-    name: String,
-    held_out: bool,
+    pub(super) name: String,
+    pub(super) held_out: bool,
 }
 
 impl Observed {
@@ -182,6 +184,7 @@ impl Observed {
         };
         blow.rings = ringing(scene, &flat, &along, [onset, touched.1], blow.swings);
         ring(&mut states, &blow, onset - zero, mass * laden);
+        beyond_noise(&mut states);
         borne(&mut states, scene, &normal, load);
         lade(&mut states, mass, laden, foretold_load(scene, link, &found.carried));
         let (states, measured, spread) = windows(&states, &measured, &along, noise?);
@@ -241,6 +244,7 @@ fn ring(states: &mut [State], blow: &Blow, onset: f64, mass: f64) {
         s.ringing = blow.rings.map_or(fades, |r| UNEVEN * r.envelope(since));
         s.phases = blow.rings.map_or([0.0; 2], |r| r.phases(since, BIN));
         s.inertia *= mass;
+        s.hurried *= mass;
     }
 }
 
@@ -309,6 +313,7 @@ fn moments(
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
     let mut turned = TurnedBack::default();
+    let led = interaction.tool.as_ref().is_some_and(|t| t.grip);
     for (t, f) in time.iter().zip(force) {
         let moment = motion.at(*t);
         let within = (onset..=touched.1).contains(t);
@@ -347,12 +352,13 @@ fn moments(
             loaded: f.dot(&plane[0].cross(&plane[1])),
             force: if contact { moment.force } else { Vector2::zeros() },
             inertia: if contact { motion.acceleration(*t, BIN) } else { 0.0 },
+            hurried: if contact && led { motion.hurry(*t, BIN) } else { 0.0 },
             ringing: 0.0,
             phases: [0.0; 2],
             tool: tool_turn(interaction, *t),
             twist: 0.0,
             veer: 0.0,
-            led: interaction.tool.as_ref().is_some_and(|t| t.grip),
+            led,
         });
     }
     (states, measured, slip)
@@ -382,13 +388,10 @@ fn channels(states: &[State], measured: &[Vector2<f64>], spread: &[f64], along: 
 /// What the plain model leaves open on purpose of the force along and across, N, beside the spread of each mean.
 pub fn doubts(states: &[State], spread: &[f64], kind: usize) -> Vec<f64> {
     let doubt = |(s, spread): (&State, &f64)| {
-        let share = if kind == 1 {
-            s.veer.hypot(DIRECTION * s.astray())
-        } else {
-            EVEN
-        };
+        let share = [EVEN, s.veer.hypot(DIRECTION * s.astray())][kind];
         let own = if s.contact { share * s.force.norm() } else { 0.0 };
-        own.hypot(s.ringing).hypot(HURRIED * s.inertia).hypot(*spread)
+        let hurried = HURRIED * s.inertia.abs().max(s.hurried.abs());
+        own.hypot(s.ringing).hypot(hurried).hypot(*spread)
     };
     states.iter().zip(spread).map(doubt).collect()
 }

@@ -130,6 +130,7 @@ impl Pushes {
             loaded: if contact { load } else { 1.0 },
             force: if contact { along * force } else { Vector2::zeros() },
             inertia: 0.0,
+            hurried: 0.0,
             ringing: blow * (-slip / touch.speed / RINGING).exp(),
             phases: [0.0; 2],
             tool: moved.first().map_or_else(UnitQuaternion::identity, |s| s.tool),

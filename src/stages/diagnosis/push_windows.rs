@@ -5,6 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::family::Covariate;
 use super::push_states::State;
 use super::shows_in::{DISTANCE, LOAD, PAST, SPEEDING, TIME, TOOL_HEADING, WORN};
+use crate::math::median;
 
 /// Edges of the windows of slip over which a push is averaged, m: fine where it begins.
 pub const EDGES: [f64; 6] = [0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3];
@@ -71,6 +72,18 @@ fn correlated(states: &[State], measured: &[Vector2<f64>]) -> f64 {
     if told < ALTERNATE { told.max(LEAST) } else { RING }
 }
 
+/// How many times the usual change of speed is that of the noise of a path.
+const USUALLY: f64 = 2.0;
+
+/// Leaves of how a hand speeds up and slows down about each moment what is beyond the noise of its path, which all of them have.
+pub(super) fn beyond_noise(states: &mut [State]) {
+    let led = |s: &&State| s.contact && s.led;
+    let all: Vec<f64> = states.iter().filter(led).map(|s| s.hurried).collect();
+    let noise = USUALLY * median(&all).unwrap_or(0.0);
+    let less = |s: &mut State| s.hurried = (s.hurried * s.hurried - noise * noise).max(0.0).sqrt();
+    states.iter_mut().for_each(less);
+}
+
 /// How far the direction in which friction is foretold strays from moment to moment, rad, as the noise of a path has it.
 pub(super) fn veer(states: &[State]) -> f64 {
     let turns = states.windows(2).filter_map(|pair| {
@@ -109,6 +122,7 @@ pub(super) fn windows(
             speed: mean(&|s| s.speed),
             turned: mean(&|s| s.turned),
             inertia: mean(&|s| s.inertia),
+            hurried: mean(&|s| s.hurried),
             loaded: mean(&|s| s.loaded),
             ringing: mean(&|s| s.ringing),
             phases: [mean(&|s| s.phases[0]), mean(&|s| s.phases[1])],

@@ -118,12 +118,14 @@ impl Pushes {
                 names.len() - 1
             });
             out.largest = out.largest.max(seen.largest);
-            out.bodies.push(index);
             out.blows.push((index, seen.blow.clone()));
-            out.along.push(seen.along);
-            out.held.push(seen.held);
-            out.sheet.groups.push(seen.group());
-            out.states.push(seen.states);
+            for stroke in seen.strokes() {
+                out.bodies.push(index);
+                out.along.push(stroke.along);
+                out.held.push(stroke.held);
+                out.sheet.groups.push(stroke.group());
+                out.states.push(stroke.states);
+            }
         }
         if out.sheet.groups.is_empty() {
             return None;

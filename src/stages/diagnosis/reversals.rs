@@ -57,6 +57,8 @@ pub(super) struct Drag {
     pub stretches: Vec<Stretch>,
     /// Time from one reading to the next, s.
     pub step: f64,
+    /// Half of the time over which the hand's path is smoothed, s.
+    pub half: f64,
     /// Noise of one reading of the force, N.
     pub noise: f64,
     /// When the body was tracked, s, and where it was then along the line, m.
@@ -75,6 +77,12 @@ impl Drag {
         let from = (before.from..after.from).find(|i| near(*i, NEAR[0]) && (*i..after.from).all(|k| near(k, NEAR[0])));
         let to = (after.from..after.to).find(|i| !near(*i, NEAR[1]));
         from.unwrap_or(after.from)..to.unwrap_or(after.to)
+    }
+
+    /// How far the hand goes after it set out while its smoothed path still turns, m: what happens within that is not resolved.
+    pub fn blur(&self, stretch: usize) -> f64 {
+        let about = self.moments[self.about(stretch)].iter();
+        0.5 * about.map(|m| m.acceleration.abs()).fold(0.0, f64::max) * self.half * self.half
     }
 
     /// The stretches before which the hand went the other way.
@@ -144,6 +152,7 @@ fn drag(scene: &Scene, up: &Vector3<f64>) -> Option<Drag> {
         body: link.name.clone(),
         mass: link.mass.as_ref().map_or(0.3, |m| m.value),
         step: rate,
+        half,
         moments,
         stretches,
         noise: noise.unwrap_or(0.0),
@@ -294,6 +303,7 @@ pub(super) mod tests {
             stretches: stretches(&moments, 2e-5),
             moments,
             step,
+            half: 0.01,
             noise: 0.01,
             tracked: Vec::new(),
         }

@@ -1,7 +1,7 @@
 //! What a roboticist should see of a finding: the profile that gave it away, one interaction without and with it, and of what the
 //! errors of the plain model are made.
 
-use super::family::{Family, Scatter};
+use super::family::{Family, Scatter, interactions};
 use super::fit::Fit;
 use super::held_out::{left, left_of, refit};
 use super::laid::Laid;
@@ -284,7 +284,7 @@ pub fn budget(family: &dyn Family, ladder: &Ladder) -> Option<Budget> {
         rmse: whole.sqrt(),
         beside_contact: (whole * (1.0 - before)).sqrt(),
         of: family.samples_are().into(),
-        interactions: groups.iter().map(|g| family.groups()[*g].name.clone()).collect(),
+        interactions: interactions(family, &groups),
         causes,
         named,
         doubtful: 0.0,

@@ -9,7 +9,7 @@ use super::push_laws::{form, oval, share, table};
 use super::push_states::State;
 use super::push_windows::veer;
 
-fn at(x: f64, y: f64, loaded: f64) -> State {
+pub(super) fn at(x: f64, y: f64, loaded: f64) -> State {
     State {
         time: 0.0,
         wait: 0.0,
@@ -27,6 +27,7 @@ fn at(x: f64, y: f64, loaded: f64) -> State {
         loaded,
         force: Vector2::new(0.6, 0.8),
         inertia: 0.0,
+        hurried: 0.0,
         ringing: 0.0,
         phases: [0.0; 2],
         tool: UnitQuaternion::identity(),

@@ -4,13 +4,15 @@
 use std::collections::BTreeMap;
 
 use crate::capture::{Capture, Kind, Segmented};
-use crate::stages::estimation::hung;
+use crate::stages::estimation::{Hung, hung, hung_untared};
 use crate::twin::{Evidence, Finding};
 
 /// Fewest lifts, the least change as a share of the weight, standard deviations of it, and what a lift misses of a weight anyway.
 const FEWEST: usize = 3;
 const LEAST: f64 = 0.03;
 const CLEAR: f64 = 8.0;
+/// The same of so many lifts, each of which weighed less (or more) than the one before.
+const ALL: (usize, f64) = (6, 5.0);
 const MISSES: f64 = 0.003;
 /// Weight over what the sensor cuts off at from which on that is what was read of it.
 const NEAR: f64 = 0.8;
@@ -18,21 +20,29 @@ const NEAR: f64 = 0.8;
 /// That a thing weighs less and less, or more and more, from lift to lift: nothing of the catalogue does that.
 pub fn weights_differ(capture: &Capture, segmented: &[Segmented]) -> Option<Evidence> {
     let up = (-capture.gravity).try_normalize(1e-9)?;
-    let mut by_thing: BTreeMap<&str, Vec<(&str, f64, f64)>> = BTreeMap::new();
+    type Weights<'a> = Vec<(&'a str, f64, f64)>;
+    let mut by_thing: BTreeMap<&str, [Weights; 2]> = BTreeMap::new();
     for lift in capture.interactions.iter().filter(|i| i.kind == Kind::Lift) {
-        // What else came up with it may be another thing each time.
-        let alone = lift.tracks.len() == 1;
+        let target = lift.target.as_ref().or_else(|| lift.tracks.keys().next());
         let cut = segmented.iter().find(|s| s.interaction == lift.name);
-        let read = cut.filter(|_| alone).and_then(|s| hung(lift, s, &capture.gravity));
-        if let (Some(target), Some(read)) = (lift.target.as_deref(), read) {
-            let weight = read.force.dot(&up);
-            by_thing
-                .entry(target)
-                .or_default()
-                .push((&lift.name, weight, read.sd.hypot(MISSES * weight)));
+        // What else came up with it may be another thing each time.
+        let (Some(target), Some(cut), 1) = (target, cut, lift.tracks.len()) else {
+            continue;
+        };
+        let reads = [hung, hung_untared].map(|of| of(lift, cut, &capture.gravity));
+        for (all, read) in by_thing.entry(target).or_default().iter_mut().zip(reads) {
+            let weighs = |read: Hung| {
+                let weight = read.force.dot(&up);
+                (lift.name.as_str(), weight, read.sd.hypot(MISSES * weight))
+            };
+            all.extend(read.map(weighs));
         }
     }
-    by_thing.iter().find_map(|(thing, lifts)| one_way_only(thing, lifts))
+    // Where a sensor never read nothing, it reads too much by the same each time.
+    let whole = |all: &[Weights; 2]| usize::from(all[0].len() < all[1].len());
+    by_thing
+        .iter()
+        .find_map(|(thing, all)| one_way_only(thing, &all[whole(all)]))
 }
 
 /// Lifts in the order in which they were made: their names, what they weighed, N, and how well.
@@ -52,7 +62,9 @@ fn one_way_only(thing: &str, lifts: &[(&str, f64, f64)]) -> Option<Evidence> {
         let share = (l.1 - first.1) / change;
         (0.15..0.85).contains(&share)
     });
-    let clear = change.abs() > CLEAR * sd && change.abs() > LEAST * first.1.abs();
+    let each = lifts.windows(2).all(|w| (w[1].1 - w[0].1) * change > 0.0);
+    let least = if each && lifts.len() >= ALL.0 { ALL.1 } else { CLEAR };
+    let clear = change.abs() > least * sd && change.abs() > LEAST * first.1.abs();
     (clear && onward && passing).then(|| Evidence {
         residual: format!("weight in {}", lifts.iter().map(|l| l.0).collect::<Vec<_>>().join(", ")),
         test: "change from the first lift to the last over its standard deviation".into(),
@@ -95,6 +107,9 @@ mod tests {
         assert!(one_way_only("can", &of([5.5, 5.5, 5.5, 4.9])).is_none());
         assert!(one_way_only("can", &of([5.5, 4.9, 5.2, 4.9])).is_none());
         assert!(one_way_only("can", &of([5.5, 5.49, 5.5, 5.51])).is_none());
+        // Eight of which each weighs less than the one before say so sooner than four do.
+        let slowly: Vec<_> = (0..8).map(|k| ("lift", 5.5 - 0.03 * f64::from(k), 0.02)).collect();
+        assert!(one_way_only("can", &slowly).is_some() && one_way_only("can", &slowly[..4]).is_none());
     }
 
     #[test]

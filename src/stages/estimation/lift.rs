@@ -125,11 +125,19 @@ pub struct Hung {
 
 /// What was read across and along the weight of what was lifted; nothing of a lift that began with a load and no tare.
 pub fn hung(interaction: &Interaction, segmented: &Segmented, gravity: &Vector3<f64>) -> Option<Hung> {
+    held(interaction, segmented, gravity, &segmented.force_tare?)
+}
+
+/// The same as it was read, with whatever the sensor reads of nothing.
+pub fn hung_untared(interaction: &Interaction, segmented: &Segmented, gravity: &Vector3<f64>) -> Option<Hung> {
+    held(interaction, segmented, gravity, &Vector3::zeros())
+}
+
+fn held(interaction: &Interaction, segmented: &Segmented, gravity: &Vector3<f64>, tare: &Vector3<f64>) -> Option<Hung> {
     let stream = interaction.force.as_ref()?;
     let target = subject(interaction, segmented)?;
     let up = -gravity.try_normalize(1e-9)?;
     let stretch = aloft(interaction, segmented, &up, target)?;
-    let tare = segmented.force_tare?;
     let first = stream.time.partition_point(|t| *t < stretch.start);
     let last = stream.time.partition_point(|t| *t <= stretch.end);
     let along = |k: usize| correlated_mean(&stream.force[first..last].iter().map(|f| f[k]).collect::<Vec<_>>());

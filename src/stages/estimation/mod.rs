@@ -22,6 +22,7 @@ mod finger;
 mod force_scale;
 mod friction_force;
 mod glide;
+mod gyroscopic;
 mod heavier;
 mod identify;
 mod inertial;
@@ -69,12 +70,13 @@ pub use calibrate::calibrate_friction;
 pub use company::{Company, always_as_one, company};
 pub use config::Config;
 pub use force_scale::{ForceScale, calibrate_force};
+pub use gyroscopic::{Gyroscopic, gyroscopic};
 pub use heavier::{Heavier, heavier};
 pub use identify::identify;
 pub use inertial::{Inertial, inertial};
 pub use joint_led::leading_noise;
 pub use joint_load::{JointLoad, joint_loads, joint_loads_by_tool};
-pub use lift::{Hung, hung};
+pub use lift::{Hung, hung, hung_untared};
 pub use materials::{MaterialFriction, material_friction, material_table, materials_from_toml};
 pub use next_touch::{
     ArcTouch, NextTouch, NextTouchConfig, PushLine, TouchChoice, TouchDecision, Wanted, arc_touches, push_lines,

@@ -6,7 +6,7 @@
 //! independent samples, from the lag-one correlation of the residuals, so that slow systematic errors of the
 //! tracks do not pass for proof.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
@@ -156,7 +156,7 @@ fn seen_range(fit: &Fit) -> f64 {
     let range = high - low;
     let range = match fit.manifold.kind {
         // A hinge's angle ends at half a turn and begins again at minus that.
-        JointKind::Revolute => range.min(arc(fit.projections.iter().map(|p| p.z[0]))),
+        JointKind::Revolute if range > PI => range.min(arc(fit.projections.iter().map(|p| p.z[0]))),
         _ => range,
     };
     range.max(1e-12)

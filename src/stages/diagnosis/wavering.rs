@@ -153,7 +153,13 @@ mod tests {
     #[test]
     fn friction_that_comes_and_goes_is_told_and_one_that_is_off_is_not() {
         let even = |_: f64| Some(0.05);
-        let comes_and_goes = |t: f64| if (t / 1.3) as u32 % 2 == 0 { 0.0 } else { -0.3 };
+        let comes_and_goes = |t: f64| {
+            if ((t / 1.3) as u32).is_multiple_of(2) {
+                0.0
+            } else {
+                -0.3
+            }
+        };
         let of = |wavers: &dyn Fn(f64) -> f64| share_of(&drag(wavers), &even).expect("a drag");
         let shaken = of(&comes_and_goes);
         assert!(told(&[shaken; 4]).is_some() && told(&[shaken; 2]).is_none());

@@ -151,8 +151,7 @@ pub fn diagnose(
     curves.left_beside(swerves(capture, &slid, &findings));
     curves.left_beside(bursts(&slid, &findings).or_else(|| wavering((capture, model), &slid, &findings)));
     curves.left_beside(knocked(capture, &mut findings).or_else(|| slipped(capture)));
-    curves.left_beside(super::rotors::spins_within(capture, segmented));
-    curves.left_beside(super::heavier::heavier_by_and_by(capture, segmented, &findings));
+    curves.left_beside(super::heavier::while_it_hangs(capture, segmented, &findings));
     experiments.extend(curves.unseen((capture, segmented, model), (&traces, &findings), config));
     in_order(&mut experiments);
     say(capture, &traces, notices);
@@ -260,11 +259,8 @@ fn name_causes(
     // The load along a joint is taken about the axis that the twin has.
     let holds = |m: &Motions| wandering.iter().all(|f| f.place != m.joint());
     findings.extend(wandering.iter().cloned());
-    let motions: Vec<Motions> = of_all_joints(capture, segmented, model)
-        .into_iter()
-        .filter(holds)
-        .map(|m| m.rounded(lost))
-        .collect();
+    let joints = of_all_joints(capture, segmented, model).into_iter().filter(holds);
+    let motions: Vec<Motions> = joints.map(|m| m.rounded(lost)).collect();
     let turns = Turns::new(capture, segmented, model);
     let first = [
         pushes.as_ref().map(|p| p as &dyn Family),

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::rotors::spins_within;
 use crate::capture::{Capture, Kind, Segmented};
 use crate::math::t_tail;
 use crate::stages::estimation::{Heavier, heavier};
@@ -24,8 +25,13 @@ const FEIGNS: [&str; 6] = [
 /// What changes in the usual lift, as a share of the weight.
 const LEAST: f64 = 0.01;
 
+/// What shows of a thing while it hangs on the tool that no cause of the catalogue does: something spins in it, or it changes its weight.
+pub fn while_it_hangs(capture: &Capture, segmented: &[Segmented], findings: &[Finding]) -> Option<Evidence> {
+    spins_within(capture, segmented).or_else(|| heavier_by_and_by(capture, segmented, findings))
+}
+
 /// That the weight of what is held changes with the time since it was raised, the same way in all lifts.
-pub fn heavier_by_and_by(capture: &Capture, segmented: &[Segmented], findings: &[Finding]) -> Option<Evidence> {
+fn heavier_by_and_by(capture: &Capture, segmented: &[Segmented], findings: &[Finding]) -> Option<Evidence> {
     if findings.iter().any(|f| FEIGNS.contains(&f.cause.as_str())) {
         return None;
     }

@@ -184,7 +184,6 @@ impl Observed {
         };
         blow.rings = ringing(scene, &flat, &along, [onset, touched.1], blow.swings);
         ring(&mut states, &blow, onset - zero, mass * laden);
-        beyond_noise(&mut states);
         borne(&mut states, scene, &normal, load);
         lade(&mut states, mass, laden, foretold_load(scene, link, &found.carried));
         let (states, measured, spread) = windows(&states, &measured, &along, noise?);
@@ -246,6 +245,7 @@ fn ring(states: &mut [State], blow: &Blow, onset: f64, mass: f64) {
         s.inertia *= mass;
         s.hurried *= mass;
     }
+    beyond_noise(states);
 }
 
 /// Whether a mass was told by what is not pushed: one that pushes tell goes with the friction that they are read with.
@@ -312,8 +312,7 @@ fn moments(
     };
     let (mut states, mut measured) = (Vec::new(), Vec::new());
     let (mut slip, mut before) = (0.0, onset);
-    let mut turned = TurnedBack::default();
-    let led = interaction.tool.as_ref().is_some_and(|t| t.grip);
+    let (mut turned, led) = (TurnedBack::default(), interaction.tool.as_ref().is_some_and(|t| t.grip));
     for (t, f) in time.iter().zip(force) {
         let moment = motion.at(*t);
         let within = (onset..=touched.1).contains(t);
